@@ -1,0 +1,6 @@
+//! One integration binary: everything that is tested through the public interface or the
+//! command line.
+
+#![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
+
+mod layers;
