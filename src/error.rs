@@ -23,6 +23,59 @@ pub enum Error {
         /// The operating system's reason.
         source: std::io::Error,
     },
+    /// A table in the shot cannot be understood.
+    #[error("{}, line {line}: {what}", path.display())]
+    Table {
+        /// The CSV file.
+        path: PathBuf,
+        /// Counted from 1, the header included.
+        line: usize,
+        /// What is wrong with the line.
+        what: String,
+    },
+    /// Another process works in the shot.
+    #[error("{}: another muybridge is at work in this shot", shot.display())]
+    ShotBusy {
+        /// The shot folder.
+        shot: PathBuf,
+    },
+
+    // ---- analysis ----------------------------------------------------------------------------
+    /// There are not enough masks to analyse.
+    #[error("{frames} usable masks are too few to analyse; 4 or more are needed")]
+    TooFewMasks {
+        /// How many there are.
+        frames: usize,
+    },
+    /// A mask has another size than the first.
+    #[error("frame {frame}: the mask is {} × {} pixels, the others {} × {}", found.0, found.1, expected.0, expected.1)]
+    MaskSize {
+        /// The frame.
+        frame: usize,
+        /// Its width and height.
+        found: (usize, usize),
+        /// Width and height of the first mask.
+        expected: (usize, usize),
+    },
+    /// No mask has a single pixel.
+    #[error("all {frames} masks are empty: no animal was found")]
+    MasksEmpty {
+        /// How many masks.
+        frames: usize,
+    },
+    /// All masks are the same.
+    #[error("all {frames} masks are the same: nothing moves")]
+    MasksConstant {
+        /// How many masks.
+        frames: usize,
+    },
+    /// A frame rate that is none.
+    #[error("a frame rate of {fps} is none: it must be positive and finite")]
+    FrameRate {
+        /// What was given.
+        fps: f64,
+    },
+
     /// The work was stopped by the user (Ctrl-C or a progress callback that said stop).
     #[error("interrupted")]
     Interrupted,
@@ -35,11 +88,30 @@ impl Error {
         move |source| Error::Io { path, action, source }
     }
 
+    /// An [`Error::Table`].
+    pub(crate) fn table(path: &Path, line: usize, what: &str) -> Error {
+        Error::Table { path: path.to_owned(), line, what: what.to_owned() }
+    }
+
     /// What the user can do about it, one imperative sentence, or `None` where the message
     /// already says all there is.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::Io { .. } => None,
+            Error::Table { .. } => {
+                Some("mend the line, or delete the file and run the stage again".to_owned())
+            }
+            Error::ShotBusy { .. } => Some("wait for it to end".to_owned()),
+            Error::TooFewMasks { .. } => Some("take more frames of the clip".to_owned()),
+            Error::MaskSize { .. } => Some(
+                "save the mask at the size of the footage, or run `segment --force`".to_owned(),
+            ),
+            Error::MasksEmpty { .. } => Some(
+                "place the two rectangles on the animal and clear of it, or paint masks or strokes"
+                    .to_owned(),
+            ),
+            Error::MasksConstant { .. } => Some("take footage of a moving animal".to_owned()),
+            Error::FrameRate { .. } => Some("give the footage's rate with --fps".to_owned()),
             Error::Interrupted => Some("run the same command again to go on".to_owned()),
         }
     }

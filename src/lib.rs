@@ -29,11 +29,4 @@ pub mod silhouette;
 pub mod spectrum;
 pub mod synthetic;
 
-pub mod shot;
-
-pub mod pipeline;
-pub mod report;
-
-pub mod validate;
-
 pub use error::{Error, Result};

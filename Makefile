@@ -1,0 +1,41 @@
+# The two commands a new machine needs are in the README; everything CI runs is `make test`.
+
+CARGO ?= cargo
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+DENY_VERSION := 0.20.2
+DEBIAN_PACKAGES := ffmpeg nodejs npm
+export RUSTDOCFLAGS := -D warnings
+
+.PHONY: test tools lint unit deny demo clean
+
+test: tools lint unit deny demo
+
+# Programs the tests call: ffmpeg (video input) and the Khronos glTF validator (npm, pinned by
+# package-lock.json), cargo-deny. Installed only where missing.
+tools:
+	@missing=""; for p in $(DEBIAN_PACKAGES); do \
+	  case $$p in nodejs) c=node;; *) c=$$p;; esac; \
+	  command -v $$c >/dev/null 2>&1 || missing="$$missing $$p"; done; \
+	if [ -n "$$missing" ]; then \
+	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq --no-install-recommends $$missing; fi
+	cd tests/validator && { [ -d node_modules/gltf-validator ] || npm ci --no-audit --no-fund; }
+	@$(CARGO) deny --version 2>/dev/null | grep -q '$(DENY_VERSION)' || \
+	  $(CARGO) install --locked --quiet --debug cargo-deny --version $(DENY_VERSION)
+
+lint:
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) doc --locked --no-deps --quiet
+
+unit:
+	MUYBRIDGE_REQUIRE_TOOLS=1 $(CARGO) test --locked
+
+deny:
+	$(CARGO) deny --locked check bans licenses sources
+
+# The main job with the release build, as a new user runs it.
+demo:
+	d=$$(mktemp -d) && $(CARGO) run --locked --release --quiet -- -q demo --out $$d/demo && rm -r $$d
+
+clean:
+	$(CARGO) clean

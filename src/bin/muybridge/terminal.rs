@@ -1,0 +1,93 @@
+//! What goes to the terminal beside results: progress bars, notes, errors. Results go to standard
+//! output, all of this to standard error.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use muybridge::pipeline::Progress;
+use muybridge::shot::Stage;
+
+/// Set by Ctrl-C and SIGTERM; every progress report then answers "stop".
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on Ctrl-C ends the work in an orderly way; a second one ends it at once.
+pub fn catch_interrupts() {
+    let handler = || {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    };
+    // Without a handler Ctrl-C still works: the process dies and the next run mends the folder.
+    if let Err(error) = ctrlc::set_handler(handler) {
+        tracing::debug!(%error, "no interrupt handler");
+    }
+}
+
+/// Whether Ctrl-C was pressed.
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
+
+/// A progress bar a stage, on a terminal only.
+pub struct Bars {
+    shown: bool,
+    current: Mutex<Option<(Stage, ProgressBar)>>,
+}
+
+impl Bars {
+    /// Bars that are drawn when `quiet` is false and standard error is a terminal (indicatif
+    /// itself stays silent otherwise).
+    pub fn new(quiet: bool) -> Self {
+        Self { shown: !quiet, current: Mutex::new(None) }
+    }
+
+    /// Removes the bar from the screen.
+    pub fn finish(&self) {
+        if let Ok(mut current) = self.current.lock()
+            && let Some((_, bar)) = current.take()
+        {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn bar(stage: Stage, total: Option<usize>) -> ProgressBar {
+        let bar = match total {
+            Some(total) => ProgressBar::new(total as u64),
+            None => ProgressBar::no_length(),
+        };
+        let template = match total {
+            Some(_) => "{msg:>9} {bar:32} {pos}/{len}  {elapsed}, {eta} to go",
+            None => "{msg:>9} {spinner} {pos} frames  {elapsed}",
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(stage.name());
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
+    }
+}
+
+impl Progress for Bars {
+    fn step(&self, stage: Stage, done: usize, total: Option<usize>) -> bool {
+        if self.shown
+            && let Ok(mut current) = self.current.lock()
+        {
+            if current.as_ref().is_none_or(|(s, _)| *s != stage) {
+                if let Some((_, old)) = current.take() {
+                    old.finish_and_clear();
+                }
+                *current = Some((stage, Self::bar(stage, total)));
+            }
+            if let Some((_, bar)) = current.as_ref() {
+                if let Some(total) = total {
+                    bar.set_length(total as u64);
+                }
+                bar.set_position(done as u64);
+            }
+        }
+        !interrupted()
+    }
+}

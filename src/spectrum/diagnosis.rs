@@ -1,0 +1,330 @@
+//! The verdict: usable, doubtful or unusable, with what was measured and what to try.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::ComponentLine;
+
+/// r of PC1 and PC2 from which the seed's test sequences were usable (section 5.2).
+const GOOD_R: f64 = 0.6;
+
+/// Below this r a component has no peak at f0: in the seed's table the components that do not
+/// belong to the gait are at .3 or less. Between the two a clip may work: rigs with .47 came out
+/// as well as ones with .78.
+const FAIR_R: f64 = 0.3;
+
+/// A rhythm is seen to repeat only when it is seen twice.
+const GOOD_CYCLES: f64 = 2.0;
+
+/// Less than this much of a cycle is no cycle.
+const LEAST_CYCLES: f64 = 0.9;
+
+/// Frames a cycle under which neighbouring frames are so far apart that key images miss the
+/// extremes; the seed's fastest gaits have more than ten.
+const GOOD_FRAMES_PER_CYCLE: f64 = 6.0;
+
+/// Frames a cycle under which the repeat itself may be an alias of a faster one.
+const LEAST_FRAMES_PER_CYCLE: f64 = 3.0;
+
+/// Share of variance of PC1 and PC2 together. The seed's weakest clip, sketched, has .257; white
+/// noise on a hundred frames has about .02 to .05.
+const GOOD_SHARE: f64 = 0.15;
+
+/// PC1 and PC2 make a circle when a quarter of a cycle apart; at 45 degrees from that the circle
+/// is an ellipse with axes 1 : 0.4, and points half a cycle apart come close.
+const QUADRATURE_SLACK_DEG: f64 = 45.0;
+
+/// Shares of masks that are empty or flagged from which the clip is doubted, and given up.
+const DOUBTFUL_BAD_MASKS: f64 = 0.1;
+const UNUSABLE_BAD_MASKS: f64 = 0.5;
+
+/// Whether the clip carries a gait the method can use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Pose the keys.
+    Usable,
+    /// It may work; read the reasons first.
+    Doubtful,
+    /// It will not work as it is.
+    Unusable,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Verdict::Usable => "usable",
+            Verdict::Doubtful => "doubtful",
+            Verdict::Unusable => "unusable",
+        })
+    }
+}
+
+/// How many masks there are, and how many of them say nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct MaskCounts {
+    /// All frames.
+    pub frames: usize,
+    /// Frames whose mask is empty or was flagged by the tracker.
+    pub bad: usize,
+}
+
+/// One finding behind the verdict; `Display` says it in words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reason {
+    /// PC1 and PC2 share one clear peak.
+    PeaksShared {
+        /// r of PC1.
+        r1: f64,
+        /// r of PC2.
+        r2: f64,
+    },
+    /// A component has little of its motion in the band.
+    WeakComponent {
+        /// 1 or 2.
+        component: usize,
+        /// Its r.
+        r: f64,
+    },
+    /// A later component carries the band better than PC2.
+    PartnerElsewhere {
+        /// Counted from 1.
+        component: usize,
+        /// Its r.
+        r: f64,
+    },
+    /// The masks vary along one direction only.
+    SingleComponent,
+    /// The second component does not vary in the band at all.
+    ConstantComponent {
+        /// Counted from 1.
+        component: usize,
+    },
+    /// PC1 and PC2 are not a quarter of a cycle apart.
+    NotInQuadrature {
+        /// Measured phase, degrees.
+        phase_deg: f64,
+    },
+    /// The clip is too short for its rhythm.
+    FewCycles {
+        /// Cycles seen.
+        cycles: f64,
+    },
+    /// The frame rate is low for the rhythm.
+    FewFramesPerCycle {
+        /// Frames from one repeat to the next.
+        frames: f64,
+    },
+    /// PC1 and PC2 hold little of the variance.
+    LittleVariance {
+        /// Their share, 0…1.
+        share: f64,
+    },
+    /// Masks are empty or flagged.
+    BadMasks {
+        /// How many.
+        bad: usize,
+        /// Of how many.
+        frames: usize,
+    },
+}
+
+impl Reason {
+    /// How bad this finding is on its own.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let graded = |doubtful: bool| if doubtful { Verdict::Doubtful } else { Verdict::Unusable };
+        match *self {
+            Reason::PeaksShared { .. } => Verdict::Usable,
+            Reason::WeakComponent { r, .. } => graded(r >= FAIR_R),
+            Reason::PartnerElsewhere { .. } | Reason::NotInQuadrature { .. } => Verdict::Doubtful,
+            Reason::SingleComponent | Reason::ConstantComponent { .. } => Verdict::Unusable,
+            Reason::FewCycles { cycles } => graded(cycles >= LEAST_CYCLES),
+            Reason::FewFramesPerCycle { frames } => graded(frames >= LEAST_FRAMES_PER_CYCLE),
+            Reason::LittleVariance { .. } => Verdict::Doubtful,
+            Reason::BadMasks { bad, frames } => {
+                graded((bad as f64) < UNUSABLE_BAD_MASKS * frames as f64)
+            }
+        }
+    }
+
+    fn advice(&self) -> &'static [Advice] {
+        match self {
+            Reason::PeaksShared { .. } => &[],
+            Reason::WeakComponent { .. } => {
+                &[Advice::CheckMasks, Advice::CropToGait, Advice::DrawStrokes, Advice::OtherClip]
+            }
+            Reason::PartnerElsewhere { .. } => &[Advice::MoreComponents, Advice::DrawStrokes],
+            Reason::SingleComponent | Reason::ConstantComponent { .. } => {
+                &[Advice::CheckMasks, Advice::OtherClip]
+            }
+            Reason::NotInQuadrature { .. } => &[Advice::CheckMasks, Advice::CropToGait],
+            Reason::FewCycles { .. } => &[Advice::MoreFrames],
+            Reason::FewFramesPerCycle { .. } => &[Advice::HigherFrameRate],
+            Reason::LittleVariance { .. } => &[Advice::CheckMasks, Advice::DrawStrokes],
+            Reason::BadMasks { .. } => &[Advice::CheckMasks, Advice::DrawStrokes],
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Reason::PeaksShared { r1, r2 } => write!(
+                f,
+                "PC1 and PC2 share one rhythm: r = {r1:.2} and {r2:.2} (usable from {GOOD_R})"
+            ),
+            Reason::WeakComponent { component, r } => write!(
+                f,
+                "PC{component} follows the rhythm only in part: r = {r:.2} (usable from {GOOD_R}, hopeless under {FAIR_R})"
+            ),
+            Reason::PartnerElsewhere { component, r } => write!(
+                f,
+                "PC{component} follows the rhythm better than PC2 (r = {r:.2}): the view may hide the motion that should come second"
+            ),
+            Reason::SingleComponent => {
+                write!(f, "the silhouettes vary along one direction only, so no cycle can be seen")
+            }
+            Reason::ConstantComponent { component } => {
+                write!(f, "PC{component} does not vary at the rhythm of PC1 at all")
+            }
+            Reason::NotInQuadrature { phase_deg } => write!(
+                f,
+                "PC1 and PC2 are {:.0} degrees apart instead of 90: their curve is not a circle",
+                phase_deg.abs()
+            ),
+            Reason::FewCycles { cycles } => write!(
+                f,
+                "the clip holds {cycles:.1} cycles; a rhythm is seen to repeat from {GOOD_CYCLES} on"
+            ),
+            Reason::FewFramesPerCycle { frames } => write!(
+                f,
+                "only {frames:.1} frames a cycle; {GOOD_FRAMES_PER_CYCLE} or more are wanted"
+            ),
+            Reason::LittleVariance { share } => write!(
+                f,
+                "PC1 and PC2 hold {:.0} % of the silhouettes' variation; the rest is noise or other motion",
+                100.0 * share
+            ),
+            Reason::BadMasks { bad, frames } => {
+                write!(f, "{bad} of {frames} masks are empty or flagged")
+            }
+        }
+    }
+}
+
+/// What to try; `Display` says it in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Advice {
+    /// Look at the masks.
+    CheckMasks,
+    /// Use only the frames of the steady gait.
+    CropToGait,
+    /// Label the footage with strokes.
+    DrawStrokes,
+    /// Give distances more components.
+    MoreComponents,
+    /// A longer piece of the clip.
+    MoreFrames,
+    /// Footage with more frames a second.
+    HigherFrameRate,
+    /// Another clip.
+    OtherClip,
+}
+
+impl fmt::Display for Advice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Advice::CheckMasks => {
+                "look at the masks (report.html, masks/) and repaint the wrong ones or move the rectangles"
+            }
+            Advice::CropToGait => "keep only the frames of the steady gait (frames = \"A-B\")",
+            Advice::DrawStrokes => "draw rough strokes over the frames (strokes/) instead of segmenting",
+            Advice::MoreComponents => "let the keys use more components (components = 3)",
+            Advice::MoreFrames => "take a longer piece of the clip, at least two cycles",
+            Advice::HigherFrameRate => "take footage with more frames a second",
+            Advice::OtherClip => "take another clip, seen from the side",
+        })
+    }
+}
+
+/// The verdict with everything behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnosis {
+    /// The worst of the reasons' own verdicts.
+    pub verdict: Verdict,
+    /// Repeats of the silhouette in the clip.
+    pub cycles: f64,
+    /// What was found, worst first.
+    pub reasons: Vec<Reason>,
+    /// What to try, most promising first; empty when the clip is usable.
+    pub advice: Vec<Advice>,
+}
+
+impl Diagnosis {
+    /// Judges the measurements.
+    #[must_use]
+    pub fn of(
+        components: &[ComponentLine],
+        quadrature_deg: Option<f64>,
+        cycles: f64,
+        frames_per_cycle: f64,
+        masks: MaskCounts,
+    ) -> Self {
+        let mut reasons = component_reasons(components, quadrature_deg);
+        if cycles < GOOD_CYCLES {
+            reasons.push(Reason::FewCycles { cycles });
+        }
+        if frames_per_cycle < GOOD_FRAMES_PER_CYCLE {
+            reasons.push(Reason::FewFramesPerCycle { frames: frames_per_cycle });
+        }
+        let share: f64 = components.iter().take(2).map(|c| c.variance_share).sum();
+        if share < GOOD_SHARE {
+            reasons.push(Reason::LittleVariance { share });
+        }
+        if masks.bad as f64 > DOUBTFUL_BAD_MASKS * masks.frames as f64 {
+            reasons.push(Reason::BadMasks { bad: masks.bad, frames: masks.frames });
+        }
+        reasons.sort_by_key(|r| std::cmp::Reverse(r.verdict()));
+        let verdict = reasons.iter().map(Reason::verdict).max().unwrap_or(Verdict::Usable);
+        let mut advice = Vec::new();
+        for item in reasons.iter().flat_map(|r| r.advice()) {
+            if !advice.contains(item) {
+                advice.push(*item);
+            }
+        }
+        Self { verdict, cycles, reasons, advice }
+    }
+}
+
+fn component_reasons(components: &[ComponentLine], quadrature_deg: Option<f64>) -> Vec<Reason> {
+    let [first, second, later @ ..] = components else {
+        return vec![Reason::SingleComponent];
+    };
+    let mut reasons = Vec::new();
+    if first.r >= GOOD_R && second.r >= GOOD_R {
+        reasons.push(Reason::PeaksShared { r1: first.r, r2: second.r });
+    }
+    if first.r < GOOD_R {
+        reasons.push(Reason::WeakComponent { component: 1, r: first.r });
+    }
+    let better = later.iter().enumerate().find(|(_, c)| c.r >= GOOD_R && c.r > second.r);
+    if second.r == 0.0 {
+        reasons.push(Reason::ConstantComponent { component: 2 });
+    } else if second.r < GOOD_R {
+        match better {
+            Some((at, line)) => {
+                reasons.push(Reason::PartnerElsewhere { component: at + 3, r: line.r });
+            }
+            None => reasons.push(Reason::WeakComponent { component: 2, r: second.r }),
+        }
+    }
+    if let Some(phase_deg) = quadrature_deg
+        && second.r >= FAIR_R
+        && (phase_deg.abs() - 90.0).abs() > QUADRATURE_SLACK_DEG
+    {
+        reasons.push(Reason::NotInQuadrature { phase_deg });
+    }
+    reasons
+}
