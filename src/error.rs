@@ -40,6 +40,24 @@ pub enum Error {
         shot: PathBuf,
     },
 
+    // ---- pictures ----------------------------------------------------------------------------
+    /// A picture could not be decoded, or is not one that can be used.
+    #[error("{}{}: {what}", path.display(), frame.map(|f| format!(" (frame {f})")).unwrap_or_default())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// The frame it should be, where there is a sequence.
+        frame: Option<usize>,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A picture could not be written as PNG.
+    #[error("cannot encode a PNG: {what}")]
+    EncodePng {
+        /// The encoder's reason.
+        what: String,
+    },
+
     // ---- analysis ----------------------------------------------------------------------------
     /// There are not enough masks to analyse.
     #[error("{frames} usable masks are too few to analyse; 4 or more are needed")]
@@ -102,6 +120,10 @@ impl Error {
                 Some("mend the line, or delete the file and run the stage again".to_owned())
             }
             Error::ShotBusy { .. } => Some("wait for it to end".to_owned()),
+            Error::Picture { .. } => {
+                Some("export the picture again, or leave its frame out with --frames".to_owned())
+            }
+            Error::EncodePng { .. } => None,
             Error::TooFewMasks { .. } => Some("take more frames of the clip".to_owned()),
             Error::MaskSize { .. } => Some(
                 "save the mask at the size of the footage, or run `segment --force`".to_owned(),

@@ -1,5 +1,12 @@
 //! Bit-packed silhouettes: one bit a pixel, 64 pixels a word, and the set operations on them.
 
+mod components;
+mod geometry;
+mod morphology;
 mod packed;
+mod png;
+mod stroke;
 
-pub use packed::Mask;
+pub use components::{Component, Connectivity, components};
+pub use packed::{Bounds, Mask};
+pub use stroke::default_stroke_radius_px;
