@@ -58,6 +58,30 @@ pub enum Error {
         what: String,
     },
 
+    /// A rectangle that cannot be used.
+    #[error(
+        "the {which} rectangle {},{},{},{} must lie within the picture of {} × {} pixels and hold at least {least_px} of them",
+        rectangle[0], rectangle[1], rectangle[2], rectangle[3], picture.0, picture.1
+    )]
+    Rectangle {
+        /// "foreground" or "background".
+        which: &'static str,
+        /// Left, top, width, height, pixels.
+        rectangle: [usize; 4],
+        /// Width and height of the picture.
+        picture: (usize, usize),
+        /// Fewest pixels it must hold.
+        least_px: usize,
+    },
+    /// A setting outside its range.
+    #[error("{name} must be a value that {rule}")]
+    Setting {
+        /// The setting.
+        name: String,
+        /// "lies between 0 and 1".
+        rule: String,
+    },
+
     // ---- analysis ----------------------------------------------------------------------------
     /// There are not enough masks to analyse.
     #[error("{frames} usable masks are too few to analyse; 4 or more are needed")]
@@ -111,6 +135,11 @@ impl Error {
         Error::Table { path: path.to_owned(), line, what: what.to_owned() }
     }
 
+    /// An [`Error::Setting`].
+    pub(crate) fn setting(name: &str, rule: &str) -> Error {
+        Error::Setting { name: name.to_owned(), rule: rule.to_owned() }
+    }
+
     /// What the user can do about it, one imperative sentence, or `None` where the message
     /// already says all there is.
     pub fn remedy(&self) -> Option<String> {
@@ -123,7 +152,10 @@ impl Error {
             Error::Picture { .. } => {
                 Some("export the picture again, or leave its frame out with --frames".to_owned())
             }
-            Error::EncodePng { .. } => None,
+            Error::EncodePng { .. } | Error::Setting { .. } => None,
+            Error::Rectangle { which, .. } => Some(format!(
+                "give --{which} as left,top,width,height in pixels of the first frame"
+            )),
             Error::TooFewMasks { .. } => Some("take more frames of the clip".to_owned()),
             Error::MaskSize { .. } => Some(
                 "save the mask at the size of the footage, or run `segment --force`".to_owned(),

@@ -1,0 +1,148 @@
+//! One frame after the other: classify, clean, follow.
+
+use serde::{Deserialize, Serialize};
+
+use super::colour::{ColourModels, ColourSettings};
+use super::scale_trend::TrendRemoval;
+use super::track::{FrameReport, GateSettings, Status, Tracker, report_of_mask};
+use crate::error::Result;
+use crate::image::{Picture, Rectangle};
+use crate::mask::{Connectivity, Mask, components};
+
+/// Components under this share of the picture are never the animal.
+const LEAST_AREA_SHARE: f64 = 2e-4;
+
+/// All settings of this room.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The colour models.
+    pub colour: ColourSettings,
+    /// The clean-up.
+    pub clean: CleanSettings,
+    /// The tracker's gate.
+    pub gate: GateSettings,
+    /// Removal of a slow trend of scale.
+    pub scale_trend: TrendRemoval,
+    /// Radius by which sketched strokes are thickened, pixels; 0 for 1 % of the picture's diagonal.
+    pub stroke_radius_px: usize,
+}
+
+/// Settings of the clean-up. Sizes of 0 are tied to the picture: its diagonal times the share given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CleanSettings {
+    /// Radius of the opening, as a share of the picture's diagonal, 0 to 0.1: removes specks.
+    pub opening: f64,
+    /// Radius of the closing, as a share of the diagonal, 0 to 0.1: bridges gaps.
+    pub closing: f64,
+    /// Largest hole that is filled, as a share of the silhouette's area, 0 to 1. Larger ones stay:
+    /// the ground seen between legs is a hole when the feet touch.
+    pub holes: f64,
+}
+
+impl Default for CleanSettings {
+    fn default() -> Self {
+        Self { opening: 0.0012, closing: 0.004, holes: 0.03 }
+    }
+}
+
+/// What the user drew on one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StrokeHints {
+    /// Pixels said to be the animal.
+    pub foreground: Mask,
+    /// Pixels said to be background.
+    pub background: Mask,
+}
+
+/// Turns pictures into silhouettes, front to back.
+#[derive(Debug)]
+pub struct Segmenter {
+    models: ColourModels,
+    clean: CleanSettings,
+    tracker: Tracker,
+    foreground: Rectangle,
+    frame: usize,
+}
+
+impl Segmenter {
+    /// A segmenter whose colours come from the two rectangles on the first picture (which still
+    /// has to be pushed).
+    ///
+    /// # Errors
+    /// As [`ColourModels::fit`].
+    pub fn new(
+        first: &Picture,
+        foreground: Rectangle,
+        background: Rectangle,
+        settings: &Settings,
+    ) -> Result<Self> {
+        Ok(Self {
+            models: ColourModels::fit(first, foreground, background, &settings.colour)?,
+            clean: settings.clean.clone(),
+            tracker: Tracker::new(settings.gate.clone()),
+            foreground,
+            frame: 0,
+        })
+    }
+
+    /// The colour models in use.
+    #[must_use]
+    pub fn models(&self) -> &ColourModels {
+        &self.models
+    }
+
+    /// The silhouette of the next picture. Strokes are taken as truth where they are drawn; they
+    /// also decide which component is the animal.
+    pub fn push(&mut self, picture: &Picture, hints: Option<&StrokeHints>) -> (Mask, FrameReport) {
+        let raw = self.models.classify(picture);
+        let raw = match hints {
+            Some(hints) => raw.or(&hints.foreground).and_not(&hints.background),
+            None => raw,
+        };
+        let mut cleaned = cleaned(&raw, &self.clean);
+        if let Some(hints) = hints {
+            cleaned = cleaned.or(&hints.foreground).and_not(&hints.background);
+        }
+        let (mask, found_any) = self.animal(&cleaned, hints);
+        let frame = self.frame;
+        self.frame += 1;
+        let mut report = report_of_mask(frame, &mask);
+        if mask.is_empty() && found_any {
+            report.status = Status::Lost;
+        }
+        (mask, report)
+    }
+
+    /// The animal's component with its small holes filled, and whether there was any candidate.
+    fn animal(&mut self, cleaned: &Mask, hints: Option<&StrokeHints>) -> (Mask, bool) {
+        let size = (cleaned.width(), cleaned.height());
+        let least = (LEAST_AREA_SHARE * (size.0 * size.1) as f64).ceil() as usize;
+        let mut candidates = components(cleaned, Connectivity::Eight);
+        candidates.retain(|c| c.area_px >= least);
+        let drawn = hints.filter(|h| !h.foreground.is_empty());
+        if let Some(hints) = drawn {
+            candidates.retain(|c| c.common_area(&hints.foreground) > 0);
+        }
+        let found = if self.frame == 0 && drawn.is_none() {
+            self.tracker.first(&candidates, self.foreground, size)
+        } else {
+            self.tracker.next(&candidates, size)
+        };
+        let mask = match found {
+            Some(component) => {
+                let largest_hole = (self.clean.holes * component.area_px as f64) as usize;
+                component.to_mask(size.0, size.1).holes_filled(largest_hole)
+            }
+            None => Mask::new(size.0, size.1),
+        };
+        (mask, !candidates.is_empty())
+    }
+}
+
+fn cleaned(raw: &Mask, settings: &CleanSettings) -> Mask {
+    let diagonal = (raw.width() as f64).hypot(raw.height() as f64);
+    let radius = |share: f64| (share.clamp(0.0, 0.1) * diagonal).round() as usize;
+    raw.opened(radius(settings.opening)).closed(radius(settings.closing))
+}

@@ -1,0 +1,268 @@
+//! The component that is the animal, from frame to frame.
+
+use serde::{Deserialize, Serialize};
+
+use crate::image::Rectangle;
+use crate::mask::{Component, Mask};
+
+/// Settings of the gate: what the animal may do from one frame to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GateSettings {
+    /// How far the centre of mass may be from where it is expected, in units of the square root
+    /// of the silhouette's area, over 0.
+    pub distance: f64,
+    /// By what factor the area may grow or shrink, over 1.
+    pub area_factor: f64,
+}
+
+impl Default for GateSettings {
+    fn default() -> Self {
+        Self { distance: 0.6, area_factor: 2.0 }
+    }
+}
+
+/// What became of the animal in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Found where it was expected.
+    Tracked,
+    /// Found, but it reaches the picture's border: a part may be outside.
+    AtBorder,
+    /// No component passed the gate; the mask is empty.
+    Lost,
+    /// Nothing of the animal's colour was in the picture; the mask is empty.
+    Empty,
+}
+
+impl Status {
+    /// Whether the mask says nothing about the animal's shape.
+    #[must_use]
+    pub fn is_bad(self) -> bool {
+        matches!(self, Status::Lost | Status::Empty)
+    }
+
+    /// The word used in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Tracked => "tracked",
+            Status::AtBorder => "at_border",
+            Status::Lost => "lost",
+            Status::Empty => "empty",
+        }
+    }
+}
+
+/// One line of the tracker's report.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FrameReport {
+    /// The frame, counted from 0.
+    pub frame: usize,
+    /// Area of the silhouette, pixels.
+    pub area_px: usize,
+    /// Its centre of mass, pixels; `None` of an empty mask.
+    pub centre_px: Option<(f64, f64)>,
+    /// What became of the animal.
+    pub status: Status,
+}
+
+/// The report of a mask that came from outside (a matte, a sketch, a paint program).
+#[must_use]
+pub fn report_of_mask(frame: usize, mask: &Mask) -> FrameReport {
+    let status = match mask.bounds() {
+        None => Status::Empty,
+        Some(b) if touches_border(&b, mask.width(), mask.height()) => Status::AtBorder,
+        Some(_) => Status::Tracked,
+    };
+    FrameReport { frame, area_px: mask.area(), centre_px: mask.centre_of_mass(), status }
+}
+
+fn touches_border(b: &crate::mask::Bounds, width: usize, height: usize) -> bool {
+    b.left == 0 || b.top == 0 || b.right + 1 == width || b.bottom + 1 == height
+}
+
+/// Follows the animal's component.
+#[derive(Clone, Debug)]
+pub(super) struct Tracker {
+    settings: GateSettings,
+    last: Option<Seen>,
+}
+
+#[derive(Clone, Debug)]
+struct Seen {
+    area_px: f64,
+    centre_px: (f64, f64),
+    /// Movement of the centre from the frame before, pixels.
+    velocity_px: (f64, f64),
+    at_border: bool,
+    /// Frames since it was seen.
+    age: usize,
+}
+
+impl Tracker {
+    pub(super) fn new(settings: GateSettings) -> Self {
+        Self { settings, last: None }
+    }
+
+    /// The component of the first frame: the one that covers most of the foreground rectangle.
+    pub(super) fn first<'a>(
+        &mut self,
+        candidates: &'a [Component],
+        rectangle: Rectangle,
+        size: (usize, usize),
+    ) -> Option<&'a Component> {
+        let inside = Mask::from_fn(size.0, size.1, |x, y| {
+            (rectangle.x..rectangle.x + rectangle.width).contains(&x)
+                && (rectangle.y..rectangle.y + rectangle.height).contains(&y)
+        });
+        let best = candidates
+            .iter()
+            .map(|c| (c.common_area(&inside), c))
+            .filter(|(common, _)| *common > 0)
+            .max_by_key(|(common, _)| *common)
+            .map(|(_, c)| c)?;
+        self.remember(best, size);
+        Some(best)
+    }
+
+    /// The component of a later frame: of those that pass the gate, the one of the largest area
+    /// nearest to the expected place (area over one plus squared relative distance).
+    pub(super) fn next<'a>(
+        &mut self,
+        candidates: &'a [Component],
+        size: (usize, usize),
+    ) -> Option<&'a Component> {
+        let Some(last) = self.last.clone() else {
+            // Never seen so far: the largest component is the best guess there is.
+            let largest = candidates.iter().max_by_key(|c| c.area_px)?;
+            self.remember(largest, size);
+            return Some(largest);
+        };
+        let score = |c: &Component| {
+            let distance = self.distance(&last, c);
+            c.area_px as f64 / (1.0 + (distance / self.settings.distance).powi(2))
+        };
+        let best = candidates
+            .iter()
+            .filter(|c| self.passes(&last, c, size))
+            .max_by(|a, b| score(a).total_cmp(&score(b)));
+        match best {
+            Some(component) => {
+                self.remember(component, size);
+                Some(component)
+            }
+            None => {
+                if let Some(last) = &mut self.last {
+                    last.age += 1;
+                }
+                None
+            }
+        }
+    }
+
+    /// Distance of a component from where the animal is expected, in animal lengths (root of
+    /// area). The expectation moves on with the last velocity while the animal is lost.
+    fn distance(&self, last: &Seen, component: &Component) -> f64 {
+        let steps = (last.age + 1) as f64;
+        let expected_x = last.centre_px.0 + steps * last.velocity_px.0;
+        let expected_y = last.centre_px.1 + steps * last.velocity_px.1;
+        let moved = |from: (f64, f64)| {
+            (component.centre_px.0 - from.0).hypot(component.centre_px.1 - from.1)
+        };
+        let from_expected = moved((expected_x, expected_y));
+        from_expected.min(moved(last.centre_px)) / last.area_px.sqrt()
+    }
+
+    fn passes(&self, last: &Seen, component: &Component, size: (usize, usize)) -> bool {
+        // The longer it is lost, the less is known of where it is and how large it shows.
+        let slack = ((last.age + 1) as f64).sqrt();
+        let at_border = last.at_border || touches_border(&component.bounds, size.0, size.1);
+        // What enters or leaves the picture changes its area freely.
+        let factor = self.settings.area_factor * slack * if at_border { 2.0 } else { 1.0 };
+        let ratio = component.area_px as f64 / last.area_px;
+        self.distance(last, component) <= self.settings.distance * slack
+            && ratio <= factor
+            && ratio >= 1.0 / factor
+    }
+
+    fn remember(&mut self, component: &Component, size: (usize, usize)) {
+        let centre_px = component.centre_px;
+        let velocity_px = match &self.last {
+            Some(last) => {
+                let steps = (last.age + 1) as f64;
+                ((centre_px.0 - last.centre_px.0) / steps, (centre_px.1 - last.centre_px.1) / steps)
+            }
+            None => (0.0, 0.0),
+        };
+        self.last = Some(Seen {
+            area_px: component.area_px as f64,
+            centre_px,
+            velocity_px,
+            at_border: touches_border(&component.bounds, size.0, size.1),
+            age: 0,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mask::{Connectivity, components};
+
+    const SIZE: (usize, usize) = (200, 100);
+    const FIRST: Rectangle = Rectangle { x: 25, y: 45, width: 10, height: 10 };
+
+    fn discs(centres: &[(f64, f64, f64)]) -> Vec<Component> {
+        let mask = Mask::from_fn(SIZE.0, SIZE.1, |x, y| {
+            centres.iter().any(|&(cx, cy, r)| (x as f64 - cx).hypot(y as f64 - cy) <= r)
+        });
+        components(&mask, Connectivity::Eight)
+    }
+
+    fn tracker_on(first: &[(f64, f64, f64)]) -> Tracker {
+        let mut tracker = Tracker::new(GateSettings::default());
+        assert!(tracker.first(&discs(first), FIRST, SIZE).is_some());
+        tracker
+    }
+
+    #[test]
+    fn the_animal_is_followed_past_another_of_its_size() {
+        let mut tracker = tracker_on(&[(30.0, 50.0, 12.0), (150.0, 50.0, 12.0)]);
+        for step in 1..20 {
+            let x = 30.0 + 5.0 * f64::from(step);
+            let seen = discs(&[(x, 50.0, 12.0), (150.0, 80.0, 12.0)]);
+            let found = tracker.next(&seen, SIZE).unwrap();
+            assert!((found.centre_px.0 - x).abs() < 1.0 && found.centre_px.1 < 60.0, "{step}");
+        }
+    }
+
+    #[test]
+    fn a_jump_to_another_object_is_reported_and_not_followed() {
+        let mut tracker = tracker_on(&[(30.0, 50.0, 12.0)]);
+        assert!(tracker.next(&discs(&[(160.0, 50.0, 12.0)]), SIZE).is_none());
+        assert!(tracker.next(&discs(&[(32.0, 50.0, 3.0)]), SIZE).is_none());
+        // It is found again where it was lost.
+        assert!(tracker.next(&discs(&[(31.0, 50.0, 12.0), (160.0, 50.0, 12.0)]), SIZE).is_some());
+    }
+
+    #[test]
+    fn one_that_enters_the_picture_may_grow() {
+        let mut tracker = Tracker::new(GateSettings::default());
+        let rectangle = Rectangle { x: 0, y: 45, width: 8, height: 10 };
+        assert!(tracker.first(&discs(&[(0.0, 50.0, 14.0)]), rectangle, SIZE).is_some());
+        for x in [4.0, 9.0, 14.0, 19.0, 24.0] {
+            assert!(tracker.next(&discs(&[(x, 50.0, 18.0)]), SIZE).is_some(), "{x}");
+        }
+    }
+
+    #[test]
+    fn masks_from_outside_are_reported_too() {
+        assert_eq!(report_of_mask(3, &Mask::new(5, 5)).status, Status::Empty);
+        let all = Mask::from_fn(5, 5, |_, _| true);
+        assert_eq!(report_of_mask(3, &all).status, Status::AtBorder);
+        let dot = Mask::from_fn(5, 5, |x, y| x == 2 && y == 2);
+        assert_eq!(report_of_mask(3, &dot).status, Status::Tracked);
+    }
+}
