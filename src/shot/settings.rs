@@ -1,0 +1,263 @@
+//! `shot.toml`: where the footage is and every setting, each with its default and a comment.
+
+use serde::{Deserialize, Serialize};
+
+use crate::image::Rectangle;
+use crate::{silhouette, spectrum};
+
+/// The whole file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ShotFile {
+    /// Where the frames come from.
+    pub source: Source,
+    /// Footage to masks.
+    pub silhouette: silhouette::Settings,
+    /// PCA, spectrum, verdict.
+    pub analysis: Analysis,
+    /// Key images.
+    pub keys: Keys,
+    /// Poses to animation.
+    pub animation: Animation,
+    /// The rig with the key poses.
+    pub poses: Poses,
+    /// Which pose belongs to which key.
+    #[serde(rename = "pose", skip_serializing_if = "Vec::is_empty")]
+    pub pose_of_key: Vec<PoseOfKey>,
+}
+
+/// `[source]`: paths are relative to the shot folder.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Source {
+    /// Video, folder, pattern, or `synthetic:GAIT`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Ready mattes, one a frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mattes: Option<String>,
+    /// The mattes are black where the animal is.
+    pub invert_mattes: bool,
+    /// Sketched strokes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strokes: Option<String>,
+    /// Frames a second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fps: Option<f64>,
+    /// `A-B`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<String>,
+    /// Left, top, width, height.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foreground: Option<[usize; 4]>,
+    /// Left, top, width, height.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<[usize; 4]>,
+}
+
+impl Source {
+    /// The rectangle inside the animal.
+    #[must_use]
+    pub fn foreground(&self) -> Option<Rectangle> {
+        self.foreground.map(rectangle)
+    }
+
+    /// The rectangle clear of it.
+    #[must_use]
+    pub fn background(&self) -> Option<Rectangle> {
+        self.background.map(rectangle)
+    }
+}
+
+fn rectangle([x, y, width, height]: [usize; 4]) -> Rectangle {
+    Rectangle { x, y, width, height }
+}
+
+/// `[analysis]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Analysis {
+    /// Principal components that are kept.
+    pub components: usize,
+    /// What is known of the gait.
+    pub gait: spectrum::Gait,
+    /// Whether keys and interpolation use band-passed scores.
+    pub band_pass: bool,
+}
+
+impl Default for Analysis {
+    fn default() -> Self {
+        Self { components: 5, gait: spectrum::Gait::Unknown, band_pass: true }
+    }
+}
+
+/// `[keys]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Keys {
+    /// Number of key images, m.
+    pub count: usize,
+    /// Components that distances are measured with.
+    pub components: usize,
+    /// Whether each key gets a partner.
+    pub partners: bool,
+    /// `[key, frame]`: partners chosen by the user.
+    pub partner_of: Vec<[usize; 2]>,
+    /// Frames that must not be keys.
+    pub exclude: Vec<usize>,
+    /// Frames that must be keys.
+    pub include: Vec<usize>,
+    /// Least distance of two keys, frames.
+    pub spacing: usize,
+    /// Seconds after which the best set so far is given without proof.
+    pub time_limit_s: f64,
+}
+
+impl Default for Keys {
+    fn default() -> Self {
+        Self {
+            count: 4,
+            components: 2,
+            partners: false,
+            partner_of: Vec::new(),
+            exclude: Vec::new(),
+            include: Vec::new(),
+            spacing: 1,
+            time_limit_s: 30.0,
+        }
+    }
+}
+
+/// How poses are interpolated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Switching where the keys have partners, else one radial basis.
+    #[default]
+    Auto,
+    /// One Gaussian radial basis over all keys.
+    Rbf,
+    /// Switching models.
+    Switching,
+}
+
+/// `[animation]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Animation {
+    /// The animation's name in the rig's file; empty for the shot's name.
+    pub name: String,
+    /// Interpolation method.
+    pub method: Method,
+    /// Width of the Gaussian, equation 15.
+    pub alpha: f64,
+    /// Added to the diagonal of H.
+    pub ridge: f64,
+    /// Weights are kept within 0 and 1.
+    pub clamp: bool,
+    /// Weights of a frame sum to one.
+    pub normalize: bool,
+    /// Time axis of the animation; 0 for the footage's rate.
+    pub fps: f64,
+    /// Switching: the model of the first frame, from 1; 0 finds it from the keys.
+    pub start_model: usize,
+    /// Whether a BVH file is written too.
+    pub bvh: bool,
+}
+
+impl Default for Animation {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            method: Method::Auto,
+            alpha: std::f64::consts::LN_2,
+            ridge: 0.0,
+            clamp: false,
+            normalize: false,
+            fps: 0.0,
+            start_model: 0,
+            bvh: true,
+        }
+    }
+}
+
+/// `[poses]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Poses {
+    /// The rig's file, relative to the shot folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rig: Option<String>,
+}
+
+/// One `[[pose]]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseOfKey {
+    /// The key, from 1.
+    pub key: usize,
+    /// The clip that holds the pose.
+    pub clip: String,
+    /// The frame of the clip, at the shot's frame rate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<u32>,
+    /// Or the time in the clip, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+}
+
+/// Tables of the file in order, with what they are for.
+pub(super) const TABLES: &[(&str, &str)] = &[
+    ("source", "Where the frames come from. Paths are relative to this folder."),
+    ("silhouette", "Footage to masks."),
+    ("silhouette.colour", "The two mixtures of colours."),
+    ("silhouette.clean", "The clean-up of the masks; sizes are shares of the picture's diagonal."),
+    ("silhouette.gate", "What the animal may do from one frame to the next; anything else is reported as lost."),
+    ("analysis", "Image PCA, spectrum and verdict."),
+    ("keys", "The frames worth posing."),
+    ("animation", "Poses to animation."),
+    ("poses", "The rig with your key poses (glTF or GLB). Then one table for each key, like\n  [[pose]]\n  key = 1\n  clip = \"KeyPoses\"\n  frame = 1        # or: time = 0.04 (seconds)"),
+];
+
+/// Comments of the keys: (table.key, what it does).
+pub(super) const COMMENTS: &[(&str, &str)] = &[
+    ("source.from", "A video, a folder of images, a pattern (dir/img_%04d.png, dir/*.png) or synthetic:gallop."),
+    ("source.mattes", "Ready mattes instead of segmentation: alpha if there is one, else luminance over one half."),
+    ("source.invert_mattes", "true when the mattes are black where the animal is."),
+    ("source.strokes", "A folder of sketched strokes; without footage every frame, over footage any. Default: strokes/ here."),
+    ("source.fps", "Frames a second. A video brings its own; image sequences have 25 unless said."),
+    ("source.frames", "\"A-B\": only the frames from A to B, counted from 0, both included."),
+    ("source.foreground", "A rectangle inside the animal on the first frame: [left, top, width, height], pixels."),
+    ("source.background", "A rectangle clear of the animal on the first frame."),
+    ("silhouette.scale_trend", "Remove a slow change of size (an animal that walks away): auto, on, off."),
+    ("silhouette.stroke_radius_px", "Radius by which sketched strokes are thickened, pixels; 0 takes 1 % of the diagonal."),
+    ("silhouette.colour.components", "Gaussians a mixture, 1 to 8; 0 lets the Bayesian information criterion choose."),
+    ("silhouette.colour.prior", "Probability of a pixel to be the animal before its colour is seen, between 0 and 1."),
+    ("silhouette.colour.seed", "Seed of the mixtures' start."),
+    ("silhouette.clean.opening", "Radius of the opening (removes specks), share of the diagonal, 0 to 0.1."),
+    ("silhouette.clean.closing", "Radius of the closing (bridges gaps), share of the diagonal, 0 to 0.1."),
+    ("silhouette.clean.holes", "Largest hole that is filled, share of the silhouette's area, 0 to 1."),
+    ("silhouette.gate.distance", "How far the centre of mass may be from where it is expected, in roots of the area."),
+    ("silhouette.gate.area_factor", "By what factor the area may change, over 1."),
+    ("analysis.components", "Principal components that are kept, 2 to 16."),
+    ("analysis.gait", "unknown; symmetric (walk, trot, pace: left and right half a stride apart); asymmetric (canter, gallop)."),
+    ("analysis.band_pass", "Keys and interpolation use the scores after the band-pass (true) or the raw ones (false)."),
+    ("keys.count", "Number of key images: 4 for a run, 4 with partners for a walk."),
+    ("keys.components", "Components that distances are measured with; 2 unless the verdict advises more."),
+    ("keys.partners", "true gives each key a partner: the same silhouette in the other half of the stride."),
+    ("keys.partner_of", "Partners of your own choice: [[key, frame], …]."),
+    ("keys.exclude", "Frames that must not be keys."),
+    ("keys.include", "Frames that must be keys."),
+    ("keys.spacing", "Keys are at least this many frames apart."),
+    ("keys.time_limit_s", "Seconds after which the best set found is given without proof."),
+    ("animation.name", "Name of the animation in the rig's file; empty takes the shot's name."),
+    ("animation.method", "auto (switching where keys have partners), rbf, switching."),
+    ("animation.alpha", "Width of the Gaussian exp(-alpha r^2); ln 2 makes it one half at one standard deviation."),
+    ("animation.ridge", "Added to the diagonal of the kernel matrix; over 0 the keys are met only nearly."),
+    ("animation.clamp", "Keep every weight within 0 and 1."),
+    ("animation.normalize", "Make the weights of every frame sum to one."),
+    ("animation.fps", "Time axis of the animation, frames a second; 0 takes the footage's."),
+    ("animation.start_model", "Switching: the model of the first frame, from 1; 0 finds it from the keys."),
+    ("animation.bvh", "Write animation.bvh too."),
+    ("poses.rig", "The rig's file."),
+];

@@ -1,0 +1,233 @@
+//! Footage of the horse, with the truth beside it.
+
+use serde::{Deserialize, Serialize};
+
+use super::camera::{Camera, Projection, View};
+use super::gaits::{Gait, StridePose};
+use super::horse::horse;
+use super::raster::silhouette;
+use super::scene;
+use crate::error::Result;
+use crate::frames::FrameSource;
+use crate::image::{Picture, Rectangle};
+use crate::mask::Mask;
+use crate::rig::Model;
+
+/// What is filmed and how.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SyntheticSettings {
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second.
+    pub fps: f64,
+    /// Frames a stride.
+    pub frames_per_stride: f64,
+    /// Width, pixels.
+    pub width: usize,
+    /// Height, pixels.
+    pub height: usize,
+    /// Camera yaw, radians.
+    pub yaw_rad: f64,
+    /// Seed of background and sensor noise.
+    pub seed: u64,
+}
+
+impl Default for SyntheticSettings {
+    fn default() -> Self {
+        Self {
+            frames: 100,
+            fps: 25.0,
+            frames_per_stride: 24.3,
+            width: 320,
+            height: 240,
+            yaw_rad: 0.0,
+            seed: 42,
+        }
+    }
+}
+
+/// The horse in a gait, filmed by a camera that pans along with it.
+#[derive(Clone, Debug)]
+pub struct SyntheticFootage {
+    gait: Gait,
+    settings: SyntheticSettings,
+    model: Model,
+    camera: Camera,
+    next: usize,
+}
+
+impl SyntheticFootage {
+    /// Sets up the camera; nothing is drawn yet.
+    #[must_use]
+    pub fn new(gait: Gait, settings: SyntheticSettings) -> Self {
+        let model = horse();
+        let view = View {
+            yaw_rad: settings.yaw_rad,
+            projection: Projection::Orthographic,
+            width: settings.width,
+            height: settings.height,
+        };
+        let stride: Vec<_> =
+            (0..24).map(|i| gait.pose(&model.skeleton, f64::from(i) / 24.0).pose).collect();
+        let camera = Camera::framing(&model, &stride, view);
+        Self { gait, settings, model, camera, next: 0 }
+    }
+
+    /// The settings it was made with.
+    #[must_use]
+    pub fn settings(&self) -> &SyntheticSettings {
+        &self.settings
+    }
+
+    /// The rig that is filmed.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// True phase of a frame, cycles of the stride.
+    #[must_use]
+    pub fn phase_cycles(&self, frame: usize) -> f64 {
+        frame as f64 / self.settings.frames_per_stride
+    }
+
+    /// True pose of a frame.
+    #[must_use]
+    pub fn truth(&self, frame: usize) -> StridePose {
+        self.gait.pose(&self.model.skeleton, self.phase_cycles(frame))
+    }
+
+    /// True silhouette of a frame.
+    #[must_use]
+    pub fn true_mask(&self, frame: usize) -> Mask {
+        silhouette(&self.model, &self.truth(frame).pose, &self.camera)
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The picture of a frame.
+    #[must_use]
+    pub fn picture(&self, frame: usize) -> Picture {
+        // One stride's way in pixels, at the speed of the stance feet.
+        let way = self.gait.speed_m_s() * self.gait.stride_s() * self.camera.pixels_per_unit();
+        let shift = way * self.phase_cycles(frame) * self.settings.yaw_rad.cos();
+        let pose = self.truth(frame).pose;
+        scene::picture(&self.model, &pose, &self.camera, shift, self.settings.seed, frame)
+    }
+
+    /// Rectangles as a user would draw them on the first frame: inside the trunk, and clear of the
+    /// animal over the whole height at the picture's left or right border (whichever is wider).
+    #[must_use]
+    pub fn rectangles(&self) -> (Rectangle, Rectangle) {
+        let mask = self.true_mask(0);
+        (inside(&mask), clear(&mask))
+    }
+}
+
+impl FrameSource for SyntheticFootage {
+    fn width(&self) -> usize {
+        self.settings.width
+    }
+
+    fn height(&self) -> usize {
+        self.settings.height
+    }
+
+    fn fps(&self) -> Option<f64> {
+        Some(self.settings.fps)
+    }
+
+    fn frame_count(&self) -> Option<usize> {
+        Some(self.settings.frames)
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Picture>> {
+        if self.next >= self.settings.frames {
+            return Ok(None);
+        }
+        self.next += 1;
+        Ok(Some(self.picture(self.next - 1)))
+    }
+}
+
+/// The rectangle of sides 2 : 1 about the centre of mass, grown while it stays inside.
+fn inside(mask: &Mask) -> Rectangle {
+    let (cx, cy) = mask.centre_of_mass().unwrap_or((0.0, 0.0));
+    let (cx, cy) = (cx.round() as usize, cy.round() as usize);
+    let fits = |half: usize| {
+        let (left, top) = (cx.checked_sub(2 * half)?, cy.checked_sub(half)?);
+        let (right, bottom) = (cx + 2 * half, cy + half);
+        let whole = right < mask.width()
+            && bottom < mask.height()
+            && (top..=bottom).all(|y| (left..=right).all(|x| mask.get(x, y)));
+        whole.then_some(Rectangle { x: left, y: top, width: 4 * half + 1, height: 2 * half + 1 })
+    };
+    let start = Rectangle { x: cx, y: cy, width: 1, height: 1 };
+    (1..mask.height()).map_while(fits).last().unwrap_or(start)
+}
+
+/// The widest of the four strips beside the silhouette's bounds.
+fn clear(mask: &Mask) -> Rectangle {
+    let (w, h) = (mask.width(), mask.height());
+    let Some(b) = mask.bounds() else { return Rectangle { x: 0, y: 0, width: w, height: h } };
+    let gap = 2;
+    let strips = [
+        Rectangle { x: 0, y: 0, width: b.left.saturating_sub(gap), height: h },
+        Rectangle {
+            x: (b.right + 1 + gap).min(w),
+            y: 0,
+            width: w.saturating_sub(b.right + 1 + gap),
+            height: h,
+        },
+        Rectangle { x: 0, y: 0, width: w, height: b.top.saturating_sub(gap) },
+        Rectangle {
+            x: 0,
+            y: (b.bottom + 1 + gap).min(h),
+            width: w,
+            height: h.saturating_sub(b.bottom + 1 + gap),
+        },
+    ];
+    // Above and below show only one of meadow and bushes; the strips at the sides show both.
+    let sides = if strips[0].width >= strips[1].width { strips[0] } else { strips[1] };
+    let ends = if strips[2].height >= strips[3].height { strips[2] } else { strips[3] };
+    if sides.width >= 8 { sides } else { ends }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rectangles_are_on_the_animal_and_clear_of_it() {
+        for gait in Gait::ALL {
+            let footage = SyntheticFootage::new(gait, SyntheticSettings::default());
+            let mask = footage.true_mask(0);
+            let (inside, clear) = footage.rectangles();
+            let count = |r: Rectangle| {
+                (r.y..r.y + r.height)
+                    .flat_map(|y| (r.x..r.x + r.width).map(move |x| (x, y)))
+                    .filter(|&(x, y)| mask.get(x, y))
+                    .count()
+            };
+            assert_eq!(count(inside), inside.width * inside.height);
+            assert!(inside.width * inside.height > 300, "{inside:?}");
+            assert_eq!(count(clear), 0);
+            assert!(clear.width * clear.height > 1000, "{gait} {clear:?}");
+        }
+    }
+
+    #[test]
+    fn frames_come_in_order_and_end() {
+        let settings = SyntheticSettings { frames: 3, ..SyntheticSettings::default() };
+        let mut footage = SyntheticFootage::new(Gait::Gallop, settings);
+        let first = footage.next_frame().unwrap().unwrap();
+        assert_eq!(first, footage.picture(0));
+        assert_ne!(footage.next_frame().unwrap().unwrap(), first);
+        assert!(footage.next_frame().unwrap().is_some());
+        assert!(footage.next_frame().unwrap().is_none());
+    }
+}

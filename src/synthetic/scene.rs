@@ -1,0 +1,122 @@
+//! A coloured picture of the horse over a textured background that moves with the ground.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::camera::Camera;
+use super::raster::cover;
+use crate::image::Picture;
+use crate::rig::{Model, Pose};
+
+/// Deviation of the sensor noise, levels of 255.
+const SENSOR_NOISE: f64 = 4.0;
+
+/// Where the ground begins, as a share of the picture's height.
+const HORIZON: f64 = 0.62;
+
+/// Direction towards the light in camera space: from above, behind the viewer's left shoulder.
+const LIGHT: [f64; 3] = [-0.35, 0.8, 0.5];
+
+/// Draws one frame. `shift_px` is how far the background has moved to the left; `seed` fixes both
+/// its texture and, with `frame`, the sensor noise.
+pub(super) fn picture(
+    model: &Model,
+    pose: &Pose,
+    camera: &Camera,
+    shift_px: f64,
+    seed: u64,
+    frame: usize,
+) -> Picture {
+    let (width, height) = (camera.width(), camera.height());
+    let mut colours: Vec<[f64; 3]> = (0..width * height)
+        .map(|p| background((p % width) as f64 + shift_px, (p / width) as f64, height, seed))
+        .collect();
+    draw_horse(model, pose, camera, &mut colours);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (frame as u64 + 1).wrapping_mul(0x9E37_79B9));
+    let rgb = colours
+        .iter()
+        .flatten()
+        .map(|value| {
+            // The sum of four uniform numbers is close to normal, and the same on every platform.
+            let noise: f64 = (0..4).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>() * 0.866;
+            (value + SENSOR_NOISE * noise).round().clamp(0.0, 255.0) as u8
+        })
+        .collect();
+    // The length is that of the pixels by construction; a black picture would be seen at once.
+    Picture::from_rgb(width, height, rgb)
+        .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
+}
+
+fn draw_horse(model: &Model, pose: &Pose, camera: &Camera, colours: &mut [[f64; 3]]) {
+    let width = camera.width();
+    let light = Vector3::from(LIGHT).normalize();
+    let mut depths = vec![f64::NEG_INFINITY; colours.len()];
+    for (mesh, vertices) in model.meshes.iter().zip(model.posed_vertices(pose)) {
+        let coat = coat_colour(&model.skeleton.nodes[mesh.node].name);
+        let seen: Vec<Vector3<f64>> = vertices.iter().map(|v| camera.project(v)).collect();
+        for triangle in &mesh.triangles {
+            let corners = triangle.map(|v| seen[v]);
+            let to_space =
+                |v: Vector3<f64>| Vector3::new(v.x, -v.y, v.z * camera.pixels_per_unit());
+            let [a, b, c] = corners.map(to_space);
+            let normal = (b - a).cross(&(c - a));
+            let normal = if normal.z < 0.0 { -normal } else { normal };
+            let shade = 0.55 + 0.45 * normal.normalize().dot(&light).max(0.0);
+            cover(&corners, width, camera.height(), |x, y, depth| {
+                let at = y * width + x;
+                if depth > depths[at] {
+                    depths[at] = depth;
+                    colours[at] = coat.map(|channel| channel * shade);
+                }
+            });
+        }
+    }
+}
+
+/// A bay: brown body, darker legs, tail and ears.
+fn coat_colour(node: &str) -> [f64; 3] {
+    let dark = ["tail", "carpus", "fetlock", "tarsus", "ear"];
+    if dark.iter().any(|part| node.starts_with(part)) {
+        [74.0, 44.0, 34.0]
+    } else if node.starts_with("coffin") {
+        [52.0, 40.0, 38.0]
+    } else {
+        [128.0, 72.0, 44.0]
+    }
+}
+
+/// Bushes over grass, both of smooth noise that is fixed in the world.
+fn background(x: f64, y: f64, height: usize, seed: u64) -> [f64; 3] {
+    let horizon = HORIZON * height as f64;
+    if y < horizon {
+        let coarse = smooth_noise(x / 38.0, y / 26.0, seed);
+        let fine = smooth_noise(x / 7.0, y / 6.0, seed ^ 1);
+        let level = 0.65 * coarse + 0.35 * fine;
+        [92.0 + 62.0 * level, 120.0 + 58.0 * level, 88.0 + 66.0 * level]
+    } else {
+        let blades = smooth_noise(x / 3.0, y / 9.0, seed ^ 2);
+        let patches = smooth_noise(x / 60.0, y / 20.0, seed ^ 3);
+        let level = 0.5 * blades + 0.5 * patches;
+        [118.0 + 62.0 * level, 138.0 + 52.0 * level, 70.0 + 40.0 * level]
+    }
+}
+
+/// Value noise, 0…1: random values on a grid, joined smoothly.
+fn smooth_noise(x: f64, y: f64, seed: u64) -> f64 {
+    let (left, top) = (x.floor(), y.floor());
+    let ease = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (u, v) = (ease(x - left), ease(y - top));
+    let value = |dx: i64, dy: i64| {
+        let mut z = seed
+            .wrapping_add((left as i64 + dx) as u64 ^ 0x51_7C_C1_B7)
+            .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+            ^ ((top as i64 + dy) as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let above = value(0, 0) * (1.0 - u) + value(1, 0) * u;
+    let below = value(0, 1) * (1.0 - u) + value(1, 1) * u;
+    above * (1.0 - v) + below * v
+}
