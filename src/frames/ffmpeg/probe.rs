@@ -5,6 +5,7 @@
 //! presentation time, duration, bytes, checksum) after a head of `#` lines; what the header says
 //! beyond that is on standard error in the words of `ffmpeg -i`.
 
+use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read};
 use std::path::Path;
 use std::thread;
@@ -42,11 +43,16 @@ pub(super) struct Probe {
     pub(super) stated_s: Option<f64>,
     /// Time to which packets of any stream reach, from the first, seconds.
     pub(super) reached_s: f64,
+    /// Bytes an AVI file says it has beyond those it has.
+    pub(super) missing_bytes: u64,
 }
 
 impl Probe {
-    /// Says how much is missing, when the packets end well before the stated duration.
+    /// Says how much is missing, when the file or its packets end before they should.
     pub(super) fn shortfall(&self) -> Option<String> {
+        if self.missing_bytes > 0 {
+            return Some(format!("the file ends {} bytes early", self.missing_bytes));
+        }
         let stated = self.stated_s?;
         let missing = stated - self.reached_s;
         (missing > SHORTFALL_S.max(SHORTFALL_SHARE * stated)).then(|| {
@@ -79,7 +85,27 @@ pub(super) fn run(ffmpeg: &Ffmpeg, path: &Path) -> Result<Probe> {
     }
     let mut probe = packets.finish();
     describe(&messages, &mut probe);
+    probe.missing_bytes = missing_riff_bytes(path)?;
     Ok(probe)
+}
+
+/// How many bytes the first chunk of a RIFF file (AVI) states that are not there. ffmpeg reads a
+/// cut AVI without a word and shortens its duration to fit.
+fn missing_riff_bytes(path: &Path) -> Result<u64> {
+    let mut file = File::open(path).map_err(Error::io(path, "read"))?;
+    let length = file.metadata().map_err(Error::io(path, "read"))?.len();
+    let mut head = [0; 8];
+    let [b'R', b'I', b'F', b'F', size @ ..] = (match file.read_exact(&mut head) {
+        Ok(()) => head,
+        Err(_) => return Ok(0),
+    }) else {
+        return Ok(0);
+    };
+    match u32::from_le_bytes(size) {
+        // Written by recorders that never came back to fill the size in.
+        0 | u32::MAX => Ok(0),
+        stated => Ok((u64::from(stated) + 8).saturating_sub(length)),
+    }
 }
 
 fn failure(path: &Path, code: Option<i32>, messages: &[String]) -> Error {

@@ -110,7 +110,7 @@ fn a_part_is_decoded_no_further_than_needed() {
 #[test]
 fn ntsc_rates_are_exact() {
     let Some(clips) = Clips::new() else { return };
-    let source = "-f lavfi -i testsrc2=s=32x32:r=30000/1001:d=2 -c:v mpeg4";
+    let source = "-f lavfi -i testsrc2=s=64x48:r=30000/1001:d=2 -c:v mpeg4";
     for name in ["n.mkv", "n.mp4", "n.avi"] {
         let (info, numbers) = numbers(&clips.make(name, source)).unwrap();
         assert!((info.fps - 30_000.0 / 1001.0).abs() < 1e-9, "{name}: {}", info.fps);

@@ -66,7 +66,7 @@ fn median_step(times: &[i64]) -> i64 {
 fn standard_rate(span_s: f64, steps: f64, tick_s: f64) -> f64 {
     let measured = steps / span_s;
     let whole = measured.round().clamp(1.0, f64::from(HIGHEST_STANDARD_RATE));
-    let ntsc = (measured * 1.001).round().max(1.0) / 1.001;
+    let ntsc = (measured * 1.001).round().max(1.0) * 1000.0 / 1001.0;
     // A hair more than a tick, because the span itself is a rounded product.
     let fits = |rate: f64| (steps / rate - span_s).abs() <= tick_s * (1.0 + 1e-9);
     let gap = |rate: f64| (rate - measured).abs();
