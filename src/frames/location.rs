@@ -181,7 +181,9 @@ impl Numbered {
                 Some(zeros) if zeros.len() <= 2 => zeros.parse().unwrap_or(0),
                 None if digits.is_empty() => 0,
                 _ => {
-                    return Err(bad("the width must look like 04, two digits at most behind the 0"));
+                    return Err(bad(
+                        "the width must look like 04, two digits at most behind the 0",
+                    ));
                 }
             });
         }

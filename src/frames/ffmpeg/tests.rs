@@ -234,6 +234,21 @@ fn a_stated_rate_replaces_the_files() {
     assert!((footage.video().unwrap().fps - 25.0).abs() < 1e-9);
 }
 
+/// Numbers of the processes whose command line names a file.
+#[cfg(target_os = "linux")]
+fn processes_naming(path: &Path) -> Vec<String> {
+    let name = path.as_os_str().as_encoded_bytes();
+    let names_it = |folder: &Path| {
+        fs::read(folder.join("cmdline")).is_ok_and(|l| l.windows(name.len()).any(|w| w == name))
+    };
+    fs::read_dir("/proc")
+        .unwrap()
+        .filter_map(|entry| entry.ok())
+        .filter(|entry| names_it(&entry.path()))
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect()
+}
+
 /// A long stream that is dropped in the middle: the process must be gone, without waiting for the
 /// rest.
 #[test]
@@ -241,19 +256,58 @@ fn a_stated_rate_replaces_the_files() {
 fn dropping_the_source_ends_ffmpeg() {
     let Some(clips) = Clips::new() else { return };
     let path = clips.make("long.mkv", "-f lavfi -i testsrc2=s=640x480:r=25:d=20 -c:v mpeg4");
-    let running = || {
-        let name = path.as_os_str().as_encoded_bytes();
-        fs::read_dir("/proc")
-            .unwrap()
-            .filter_map(|entry| fs::read(entry.ok()?.path().join("cmdline")).ok())
-            .filter(|line| line.windows(name.len()).any(|w| w == name))
-            .count()
-    };
+    let running = || processes_naming(&path).len();
     let mut footage = open(&SourceSpec::new(&path)).unwrap();
     footage.next_frame().unwrap();
     assert_eq!(running(), 1);
     drop(footage);
     assert_eq!(running(), 0);
+}
+
+/// The interrupt that a terminal sends to the whole process group, sent to ffmpeg alone.
+#[test]
+#[cfg(target_os = "linux")]
+fn an_interrupted_ffmpeg_is_no_end_of_the_video() {
+    let Some(clips) = Clips::new() else { return };
+    let path = clips.make("long.mkv", "-f lavfi -i testsrc2=s=640x480:r=25:d=20 -c:v mpeg4");
+    let mut footage = open(&SourceSpec::new(&path)).unwrap();
+    footage.next_frame().unwrap();
+    for process in processes_naming(&path) {
+        assert!(Command::new("kill").args(["-INT", &process]).status().unwrap().success());
+    }
+    let error = loop {
+        match footage.next_frame() {
+            Ok(Some(_)) => {}
+            Ok(None) => panic!("the end came without an error"),
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, Error::Interrupted), "{error}");
+}
+
+#[test]
+fn pictures_that_ffmpeg_writes_are_read() {
+    let Some(clips) = Clips::new() else { return };
+    // Mid grey at the left, white at the right; ffmpeg scales code values to floats linearly.
+    let source = "-f lavfi -i color=0x808080:s=32x16:r=1:d=1,format=gbrp,drawbox=x=16:w=16:h=16:color=white:t=fill";
+    for (name, options, left) in [
+        ("deep.png", "-pix_fmt rgb48be -frames:v 1", 128),
+        ("deep.tif", "-pix_fmt rgb48le -frames:v 1", 128),
+        ("grey.tif", "-pix_fmt gray16le -frames:v 1", 128),
+        ("float.exr", "-pix_fmt gbrpf32le -frames:v 1", 188),
+        ("half.exr", "-pix_fmt gbrapf32le -format half -compression zip16 -frames:v 1", 188),
+        ("grey.exr", "-pix_fmt grayf32le -frames:v 1", 188),
+        ("plain.bmp", "-pix_fmt bgr24 -frames:v 1", 128),
+    ] {
+        let path = clips.make(name, &format!("{source} {options}"));
+        let picture = open(&SourceSpec::new(&path)).unwrap().next_frame().unwrap().unwrap();
+        let [grey, white] = [picture.pixel(4, 8), picture.pixel(28, 8)];
+        for channel in 0..3 {
+            assert!(grey[channel].abs_diff(left) <= 2, "{name}: {grey:?}");
+            // ffmpeg's grey float keeps video's headroom: white is 235 of 255, coded as 246.
+            assert!(white[channel] >= 246, "{name}: {white:?}");
+        }
+    }
 }
 
 #[test]
