@@ -94,6 +94,9 @@ impl Encoded<'_> {
         };
         let (width, height) = decoder.dimensions();
         check_size(self.path, self.frame, width as usize, height as usize)?;
+        if width == 0 || height == 0 {
+            return Err(without_pixels(self.path, self.frame));
+        }
         let whole = match self.format {
             ImageFormat::Jpeg => complete::jpeg_is_complete(&self.bytes),
             ImageFormat::Gif => complete::gif_delays_cs(&self.bytes).is_some(),
@@ -168,6 +171,12 @@ pub(super) fn check_size(path: &Path, frame: usize, width: usize, height: usize)
         max_side: MAX_SIDE_PX,
         max_pixels: MAX_PIXELS,
     })
+}
+
+/// The error for a picture of width or height zero, which some formats can state.
+pub(super) fn without_pixels(path: &Path, frame: usize) -> Error {
+    let source = "its width or height is zero".into();
+    Error::PictureUndecodable { path: path.to_owned(), frame, source }
 }
 
 /// Passes a size equal to the expected one.

@@ -83,6 +83,9 @@ impl AnimatedGif {
         let (width, height) = decoder.dimensions();
         let size = (width as usize, height as usize);
         decode::check_size(path, 0, size.0, size.1)?;
+        if size.0 == 0 || size.1 == 0 {
+            return Err(decode::without_pixels(path, 0));
+        }
         Ok(Self {
             path: path.to_owned(),
             size,

@@ -237,6 +237,16 @@ fn a_gif_cut_short_is_refused() {
 }
 
 #[test]
+fn a_gif_without_pixels_is_refused() {
+    let mut flat = gif(&[40, 40]);
+    flat[6..8].fill(0); // width of the canvas
+    let folder = Folder::new().file("a.gif", &flat);
+    let error = read(&folder.spec("a.gif")).unwrap_err();
+    assert!(matches!(error, Error::PictureUndecodable { frame: 0, .. }), "{error}");
+    assert!(error.to_string().contains("a.gif"));
+}
+
+#[test]
 fn strokes_are_numbered_by_name() {
     let folder = Folder::new().grey("000012.png", 255).grey("b_3.png", 0).file("x.txt", b"x");
     let numbered = strokes::numbered_files(&folder.path("")).unwrap();

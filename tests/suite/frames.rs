@@ -7,6 +7,7 @@ use muybridge::frames::mattes::{self, Matte, MatteSpec};
 use muybridge::frames::{self, FrameSource as _, SourceSpec};
 
 /// A place in the test data, or `None` with a message when the data are absent.
+#[allow(clippy::print_stderr, reason = "says why a test did nothing")]
 fn data(place: &str) -> Option<PathBuf> {
     let root = std::env::var_os("MUYBRIDGE_DATA").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
