@@ -118,6 +118,191 @@ pub enum Error {
         fps: f64,
     },
 
+    // ---- frames: pictures, video, mattes, strokes ----------------------------------------------
+    /// Nothing exists at the place footage should come from.
+    #[error("{}: there is no such file, folder or pattern of files", location.display())]
+    SourceMissing {
+        /// The place as the user gave it.
+        location: PathBuf,
+    },
+    /// A folder or pattern holds no picture that can be read.
+    #[error(
+        "{}: no picture found ({ignored} other {} left out)",
+        location.display(),
+        if *ignored == 1 { "file" } else { "files" }
+    )]
+    NoPictures {
+        /// The folder or pattern.
+        location: PathBuf,
+        /// Files that were there and are no pictures.
+        ignored: usize,
+    },
+    /// A glob or printf pattern that cannot be understood.
+    #[error("{pattern}: not a pattern of file names: {reason}")]
+    BadPattern {
+        /// The pattern as given.
+        pattern: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A choice of frames that is not of the form `A-B` with `A ≤ B`.
+    #[error("{text:?} is not a range of frames")]
+    BadFrameRange {
+        /// The text as given.
+        text: String,
+    },
+    /// A choice of frames that reaches past the end of the footage.
+    #[error("{}: frames {first}-{last} asked for, but there are {available} frames (the last is frame {})",
+        location.display(), available.saturating_sub(1))]
+    FrameRangeOutside {
+        /// The footage.
+        location: PathBuf,
+        /// First frame asked for, from 0.
+        first: usize,
+        /// Last frame asked for, inclusive.
+        last: usize,
+        /// Frames there are.
+        available: usize,
+    },
+    /// A frame rate that is zero, negative, infinite or not a number.
+    #[error("{fps} frames a second is not a frame rate")]
+    BadFrameRate {
+        /// The rate as given.
+        fps: f64,
+    },
+    /// A file of zero bytes.
+    #[error("{}: frame {frame}: the file is empty", path.display())]
+    EmptyFile {
+        /// The file.
+        path: PathBuf,
+        /// Frame of the source it should be, from 0.
+        frame: usize,
+    },
+    /// A file whose first bytes are those of no picture format this program reads.
+    #[error("{}: frame {frame}: not a picture of a kind that can be read", path.display())]
+    NotAPicture {
+        /// The file.
+        path: PathBuf,
+        /// Frame of the source it should be, from 0.
+        frame: usize,
+    },
+    /// A picture file that ends too early.
+    #[error("{}: frame {frame}: the file is cut short", path.display())]
+    PictureTruncated {
+        /// The file.
+        path: PathBuf,
+        /// Frame of the source, from 0.
+        frame: usize,
+    },
+    /// A picture file that is damaged, or of a variant that cannot be read.
+    #[error("{}: frame {frame}: the picture cannot be decoded: {source}", path.display())]
+    PictureUndecodable {
+        /// The file.
+        path: PathBuf,
+        /// Frame of the source, from 0.
+        frame: usize,
+        /// The decoder's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A picture larger than this program takes.
+    #[error(
+        "{}: frame {frame}: {width}×{height} pixels; the limit is {max_side} pixels a side and \
+         {max_pixels} pixels in all",
+        path.display()
+    )]
+    PictureTooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Frame of the source, from 0.
+        frame: usize,
+        /// Width it has, pixels.
+        width: usize,
+        /// Height it has, pixels.
+        height: usize,
+        /// Longest side taken, pixels.
+        max_side: usize,
+        /// Most pixels taken.
+        max_pixels: usize,
+    },
+    /// A picture of another size than the footage it belongs to.
+    #[error(
+        "{}: frame {frame}: {width}×{height} pixels, but the footage is {expected_width}×{expected_height}",
+        path.display()
+    )]
+    SizeMismatch {
+        /// The file.
+        path: PathBuf,
+        /// Frame of the source, from 0.
+        frame: usize,
+        /// Width it has, pixels.
+        width: usize,
+        /// Height it has, pixels.
+        height: usize,
+        /// Width it should have, pixels.
+        expected_width: usize,
+        /// Height it should have, pixels.
+        expected_height: usize,
+    },
+    /// The ffmpeg program, which reads video files, is not there or does not start.
+    #[error("{}: reading video needs the ffmpeg program, and {} was not found", path.display(), program.display())]
+    FfmpegMissing {
+        /// The video that should be read.
+        path: PathBuf,
+        /// The program that was looked for.
+        program: PathBuf,
+    },
+    /// ffmpeg cannot make sense of a file.
+    #[error("{}: frame 0: ffmpeg cannot read this file as video:\n{log}", path.display())]
+    VideoUnreadable {
+        /// The file.
+        path: PathBuf,
+        /// The last lines ffmpeg wrote.
+        log: String,
+    },
+    /// A file ffmpeg reads, without moving pictures in it (sound only, say).
+    #[error("{}: frame 0: there is no video in this file", path.display())]
+    NoVideoStream {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A video that is cut short or damaged.
+    #[error("{}: frame {frame} or near it: the video is cut short or damaged:\n{log}", path.display())]
+    VideoDamaged {
+        /// The file.
+        path: PathBuf,
+        /// Frames that came out whole before the damage was noticed.
+        frame: usize,
+        /// The last lines ffmpeg wrote, or what is missing.
+        log: String,
+    },
+    /// A stroke picture without a frame number at the end of its name.
+    #[error("{}: the file name does not end in a frame number", path.display())]
+    UnnumberedStrokes {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Two stroke pictures for one frame.
+    #[error("{}: frame {frame}: {} is for the same frame", second.display(), first.display())]
+    DuplicateStrokes {
+        /// The frame both are for.
+        frame: usize,
+        /// The file that comes first in natural order.
+        first: PathBuf,
+        /// The other file.
+        second: PathBuf,
+    },
+    /// A picture that cannot be written as PNG.
+    #[error("a picture of {width}×{height} pixels cannot be encoded as PNG: {source}")]
+    PngEncoding {
+        /// Width, pixels.
+        width: usize,
+        /// Height, pixels.
+        height: usize,
+        /// The encoder's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+
+    // ---- control -------------------------------------------------------------------------------
     /// The work was stopped by the user (Ctrl-C or a progress callback that said stop).
     #[error("interrupted")]
     Interrupted,
@@ -166,6 +351,69 @@ impl Error {
             ),
             Error::MasksConstant { .. } => Some("take footage of a moving animal".to_owned()),
             Error::FrameRate { .. } => Some("give the footage's rate with --fps".to_owned()),
+            Error::SourceMissing { .. } => Some(
+                "check the spelling; a pattern looks like `frames/*.png` or `frames/%04d.png`"
+                    .to_owned(),
+            ),
+            Error::NoPictures { .. } => Some(
+                "give a folder or pattern of PNG, JPEG, TIFF, OpenEXR, WebP, BMP or GIF files, \
+                 or name a video file itself"
+                    .to_owned(),
+            ),
+            Error::BadPattern { .. } => {
+                Some("write it like `frames/*.png` or `frames/img_%04d.png`".to_owned())
+            }
+            Error::BadFrameRange { .. } => {
+                Some("write the first and the last frame, counted from 0, as in `0-99`".to_owned())
+            }
+            Error::FrameRangeOutside { available, .. } => match available {
+                0 => None,
+                n => Some(format!("choose frames within 0-{}", n - 1)),
+            },
+            Error::BadFrameRate { .. } => {
+                Some("give a number above zero, as in `--fps 25`".to_owned())
+            }
+            Error::EmptyFile { .. } => {
+                Some("export or copy the file again, or leave it out".to_owned())
+            }
+            Error::NotAPicture { .. } => Some(
+                "convert it to PNG, JPEG, TIFF, OpenEXR, WebP, BMP or GIF, or leave it out"
+                    .to_owned(),
+            ),
+            Error::PictureTruncated { .. } => {
+                Some("export or copy the file again; half a picture is not used".to_owned())
+            }
+            Error::PictureUndecodable { .. } => {
+                Some("open it in a paint program and save it as PNG".to_owned())
+            }
+            Error::PictureTooLarge { max_side, .. } => Some(format!(
+                "scale the footage down below {max_side} pixels; a silhouette about 500 pixels \
+                 high is plenty"
+            )),
+            Error::SizeMismatch { expected_width, expected_height, .. } => Some(format!(
+                "export every picture at {expected_width}×{expected_height}, or leave this one out"
+            )),
+            Error::FfmpegMissing { .. } => Some(
+                "install ffmpeg (https://ffmpeg.org, or your system's package `ffmpeg`), or point \
+                 MUYBRIDGE_FFMPEG at the program; image sequences need nothing"
+                    .to_owned(),
+            ),
+            Error::VideoUnreadable { .. } => Some(
+                "play the file to see whether it is whole, or export it as an image sequence"
+                    .to_owned(),
+            ),
+            Error::NoVideoStream { .. } => Some("name a file with moving pictures".to_owned()),
+            Error::VideoDamaged { .. } => Some(
+                "choose the whole part with `--frames A-B`, or repair the file \
+                 (`ffmpeg -i FILE -c:v ffv1 repaired.mkv`) and look at the result"
+                    .to_owned(),
+            ),
+            Error::UnnumberedStrokes { .. } => Some(
+                "name stroke pictures by their frame, counted from 0, as in `000012.png`"
+                    .to_owned(),
+            ),
+            Error::DuplicateStrokes { .. } => Some("keep one of the two".to_owned()),
+            Error::PngEncoding { .. } => None,
             Error::Interrupted => Some("run the same command again to go on".to_owned()),
         }
     }

@@ -72,7 +72,8 @@ pub(super) fn solve(task: &LegTask) -> Vec<f64> {
             normal[(joint, joint)] *= 1.0 + damping;
             normal[(joint, joint)] += 1e-9;
         }
-        let Some(step) = normal.cholesky().map(|c| c.solve(&(jacobian.transpose() * &error))) else {
+        let Some(step) = normal.cholesky().map(|c| c.solve(&(jacobian.transpose() * &error)))
+        else {
             break;
         };
         let tried: Vec<f64> = angles.iter().zip(step.iter()).map(|(a, s)| a - s).collect();

@@ -1,0 +1,158 @@
+//! Finding the ffmpeg program and knowing its dialect.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::error::{Error, Result};
+
+/// Environment variable that names the program, before PATH is searched.
+const VARIABLE: &str = "MUYBRIDGE_FFMPEG";
+
+/// From this version on the option that keeps every frame is `-fps_mode`; before, it was `-vsync`,
+/// which later versions dropped (ffmpeg's Changelog, 5.1).
+const FPS_MODE_SINCE: (u32, u32) = (5, 1);
+
+/// The ffmpeg program, found and started once to ask its version.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ffmpeg {
+    program: PathBuf,
+    version: Option<(u32, u32)>,
+}
+
+impl Ffmpeg {
+    /// Finds the program: `MUYBRIDGE_FFMPEG` if it is set, else `ffmpeg` on PATH. `video` is the
+    /// file it is wanted for, named in the error.
+    ///
+    /// # Errors
+    /// [`Error::FfmpegMissing`] when it is not there or does not start.
+    pub fn find(video: &Path) -> Result<Self> {
+        Self::find_in(video, env::var_os(VARIABLE), env::var_os("PATH"))
+    }
+
+    /// [`Ffmpeg::find`] with the two environment variables as arguments.
+    pub(in crate::frames) fn find_in(
+        video: &Path,
+        named: Option<OsString>,
+        path: Option<OsString>,
+    ) -> Result<Self> {
+        let named = named.filter(|n| !n.is_empty()).map(PathBuf::from);
+        let looked_for = named.clone().unwrap_or_else(|| PathBuf::from("ffmpeg"));
+        let missing =
+            || Error::FfmpegMissing { path: video.to_owned(), program: looked_for.clone() };
+        let program =
+            named.or_else(|| search(path.as_deref().unwrap_or_default())).ok_or_else(missing)?;
+        let answer = Command::new(&program)
+            .arg("-version")
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|_| missing())?;
+        if !answer.status.success() {
+            return Err(missing());
+        }
+        let version = parse_version(&String::from_utf8_lossy(&answer.stdout));
+        Ok(Self { program, version })
+    }
+
+    /// The program's file.
+    #[must_use]
+    pub fn program(&self) -> &Path {
+        &self.program
+    }
+
+    /// Major and minor version, or `None` for builds whose version does not say (such as those
+    /// straight from the source repository), which are taken as recent.
+    #[must_use]
+    pub fn version(&self) -> Option<(u32, u32)> {
+        self.version
+    }
+
+    /// A command that reads `video` as its first input: quiet, without standard input, local
+    /// files only. What to do with it is for the caller to add.
+    pub(super) fn reading(&self, video: &Path, log_level: &str) -> Command {
+        let mut input = OsString::from("file:");
+        input.push(video);
+        let mut command = Command::new(&self.program);
+        command
+            .args(["-hide_banner", "-nostdin", "-loglevel", log_level])
+            .args(["-protocol_whitelist", "file", "-i"])
+            .arg(input)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    /// The option that hands every frame on exactly once.
+    pub(super) fn every_frame_once(&self) -> [&'static str; 2] {
+        match self.version {
+            Some(version) if version < FPS_MODE_SINCE => ["-vsync", "passthrough"],
+            _ => ["-fps_mode", "passthrough"],
+        }
+    }
+}
+
+fn search(path: &OsStr) -> Option<PathBuf> {
+    let name = format!("ffmpeg{}", env::consts::EXE_SUFFIX);
+    env::split_paths(path).map(|folder| folder.join(&name)).find(|file| file.is_file())
+}
+
+/// The version in the first line, `ffmpeg version 5.1.9-0+deb12u1 Copyright …` or
+/// `ffmpeg version n7.0 …`.
+fn parse_version(answer: &str) -> Option<(u32, u32)> {
+    let word = answer.strip_prefix("ffmpeg version ")?.split_whitespace().next()?;
+    let mut numbers = word
+        .trim_start_matches('n')
+        .split(|c: char| !c.is_ascii_digit())
+        .map_while(|digits| digits.parse().ok());
+    let major = numbers.next()?;
+    Some((major, numbers.next().unwrap_or(0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_of_all_kinds_of_builds() {
+        for (line, version) in [
+            ("ffmpeg version 5.1.9-0+deb12u1 Copyright (c) 2000", Some((5, 1))),
+            ("ffmpeg version n7.0 Copyright", Some((7, 0))),
+            ("ffmpeg version 4.4.2-0ubuntu0.22.04.1", Some((4, 4))),
+            ("ffmpeg version 8 Copyright", Some((8, 0))),
+            ("ffmpeg version N-109542-g6a0d7b2 Copyright", None),
+            ("ffmpeg version git-2020-01-01", None),
+            ("", None),
+        ] {
+            assert_eq!(parse_version(line), version, "{line}");
+        }
+    }
+
+    #[test]
+    fn the_dialect_follows_the_version() {
+        let with = |version| Ffmpeg { program: PathBuf::new(), version }.every_frame_once()[0];
+        assert_eq!(with(Some((5, 0))), "-vsync");
+        assert_eq!(with(Some((5, 1))), "-fps_mode");
+        assert_eq!(with(Some((9, 0))), "-fps_mode");
+        assert_eq!(with(None), "-fps_mode");
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = Some(folder.path().as_os_str().to_owned());
+        let video = Path::new("clips/lion.mov");
+        let unset = Ffmpeg::find_in(video, None, path.clone()).unwrap_err();
+        let Error::FfmpegMissing { program, .. } = &unset else { panic!("{unset}") };
+        assert_eq!(program, Path::new("ffmpeg"));
+        assert!(unset.to_string().contains("clips/lion.mov"), "{unset}");
+        let remedy = unset.remedy().unwrap();
+        assert!(remedy.contains("install ffmpeg"), "{remedy}");
+        assert!(remedy.contains("image sequences need nothing"), "{remedy}");
+
+        let wrong = folder.path().join("no-such-ffmpeg");
+        let named = Ffmpeg::find_in(video, Some(wrong.clone().into()), path).unwrap_err();
+        assert!(matches!(named, Error::FfmpegMissing { program, .. } if program == wrong));
+    }
+}

@@ -1,0 +1,65 @@
+//! An image sequence as a frame source.
+
+use std::path::PathBuf;
+
+use super::{FrameSource, decode};
+use crate::error::{Error, Result};
+use crate::image::Picture;
+
+/// Picture files read one after the other.
+pub(super) struct Stills {
+    files: Vec<PathBuf>,
+    /// Number of `files[0]` in the whole sequence, for messages.
+    first: usize,
+    /// Next of `files` to give out.
+    next: usize,
+    size: (usize, usize),
+    /// `files[0]`, decoded when the source was opened.
+    opening: Option<Picture>,
+}
+
+impl Stills {
+    /// Opens `files`, of which the first is frame `first` of the whole sequence, and decodes it.
+    pub(super) fn open(files: Vec<PathBuf>, first: usize) -> Result<Self> {
+        let Some(path) = files.first() else {
+            return Err(Error::NoPictures { location: PathBuf::new(), ignored: 0 });
+        };
+        let opening = Picture::from_dynamic(&decode::decode(path, first)?);
+        let size = (opening.width(), opening.height());
+        Ok(Self { files, first, next: 0, size, opening: Some(opening) })
+    }
+}
+
+impl FrameSource for Stills {
+    fn width(&self) -> usize {
+        self.size.0
+    }
+
+    fn height(&self) -> usize {
+        self.size.1
+    }
+
+    fn fps(&self) -> Option<f64> {
+        None
+    }
+
+    fn frame_count(&self) -> Option<usize> {
+        Some(self.files.len())
+    }
+
+    fn next_frame(&mut self) -> Result<Option<Picture>> {
+        let Some(path) = self.files.get(self.next) else { return Ok(None) };
+        let frame = self.first + self.next;
+        let picture = match self.opening.take() {
+            Some(picture) => picture,
+            None => {
+                let image = decode::decode(path, frame)?;
+                let size = (image.width() as usize, image.height() as usize);
+                decode::check_same_size(path, frame, size, self.size)?;
+                Picture::from_dynamic(&image)
+            }
+        };
+        self.next += 1;
+        Ok(Some(picture))
+    }
+}
