@@ -82,7 +82,9 @@ pub enum Error {
         spacing: usize,
     },
     /// Two keys with the same silhouette as far as the components tell.
-    #[error("the keys at frames {first} and {second} coincide: interpolation between them is singular")]
+    #[error(
+        "the keys at frames {first} and {second} coincide: interpolation between them is singular"
+    )]
     CoincidingKeys {
         /// One frame.
         first: usize,
@@ -123,12 +125,39 @@ pub enum Error {
         /// Why not.
         reason: &'static str,
     },
+    /// A partner given for a key that does not exist.
+    #[error("a partner was named for key {}, but there are {keys} keys", position + 1)]
+    PartnerForNoKey {
+        /// Position in the list of keys, counted from 0.
+        position: usize,
+        /// Number of keys.
+        keys: usize,
+    },
     // ---- interpolate -------------------------------------------------------------------------
-    /// A list of keys or partners that does not fit the method.
-    #[error("{reason}")]
-    KeyListUnfit {
-        /// What does not fit, a sentence with the numbers.
-        reason: String,
+    /// A frame that is listed twice among keys and partners.
+    #[error("frame {frame} is in the list of keys and partners twice")]
+    KeyListedTwice {
+        /// The frame, counted from 0.
+        frame: usize,
+    },
+    /// An empty list of keys.
+    #[error("the list of keys is empty")]
+    NoKeys,
+    /// Switching models for a number of keys that cannot be halved.
+    #[error(
+        "{keys} keys cannot be split into overlapping halves: switching models need an even number"
+    )]
+    OddKeysForSwitching {
+        /// Number of keys.
+        keys: usize,
+    },
+    /// Not one partner for each key.
+    #[error("{keys} keys, but {partners} partners: switching models need one partner for each key")]
+    PartnerCount {
+        /// Number of keys.
+        keys: usize,
+        /// Number of partners.
+        partners: usize,
     },
 }
 
@@ -149,7 +178,15 @@ impl Error {
             Error::KeyCountOutOfRange { .. }
             | Error::KeyFrameOutOfRange { .. }
             | Error::KernelSetting { .. }
-            | Error::KeyListUnfit { .. } => None,
+            | Error::PartnerForNoKey { .. } => None,
+            Error::NoKeys => Some("choose keys first (`muybridge keys SHOT`)".to_owned()),
+            Error::KeyListedTwice { .. } => Some("list every frame once".to_owned()),
+            Error::OddKeysForSwitching { keys } => {
+                Some(format!("choose {} keys, or turn switching models off", keys + 1))
+            }
+            Error::PartnerCount { .. } => {
+                Some("let the tool propose partners (`muybridge keys SHOT --partners`)".to_owned())
+            }
             Error::TooFewFramesForKeys { possible, .. } => Some(format!(
                 "ask for at most {possible} keys, exclude fewer frames, or lower the spacing"
             )),

@@ -14,8 +14,10 @@
 //! unproven one (time limit) is the best of a seeded search and what the proof met on its way.
 
 mod condition;
+mod cycle;
 mod graph;
 mod incumbent;
+mod partners;
 mod problem;
 mod search;
 
@@ -30,6 +32,9 @@ use crate::numeric::{Coefficients, DEFAULT_ALPHA};
 use crate::{Error, Result};
 
 use problem::Problem;
+
+pub use cycle::cycle_order;
+pub use partners::{Partner, PartnerSettings, propose_partners};
 
 /// The largest number of keys that can be asked for.
 pub const MAX_KEYS: usize = 24;
@@ -115,8 +120,7 @@ pub fn choose_keys(
     if watch.interrupted() {
         return Err(Error::Interrupted);
     }
-    let (condition, frames) =
-        outcome.best.ok_or(Error::NoRegularKeys { keys: settings.keys })?;
+    let (condition, frames) = outcome.best.ok_or(Error::NoRegularKeys { keys: settings.keys })?;
     Ok(KeyChoice {
         frames,
         condition,

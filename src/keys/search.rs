@@ -13,9 +13,8 @@
 //! λ: m·λ_max(T) ≥ 1ᵀK_T 1, the sum of all entries. Of the frames to come at most one lies in each
 //! colour class, so the smallest admissible row sums, one a class, bound it from below.
 //!
-//! The range of λ_max is cut in slices [low, high]: inside one, σ ≥ low/β from the root on, and
-//! sets whose sum of entries exceeds m·high are refused. The β of the early passes are fractions
-//! of the best condition found: they are quick and leave a lower bound when time runs out.
+//! The β of the early passes are fractions of the best condition found: they are quick and leave a
+//! lower bound when time runs out.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -33,9 +32,6 @@ const PARALLEL_DEPTH: usize = 2;
 /// Passes before the last, as shares of the way from 1 to the best condition known. Measured on
 /// noisy rings: the three together cost less than a third of the last pass.
 const EARLY_PASSES: [f64; 3] = [0.5, 0.75, 0.9];
-
-/// Ratio of the ends of one slice of λ_max.
-const SLICE_RATIO: f64 = 1.1;
 
 /// A second look with the sharper λ pays when it rose by this factor.
 const WORTH_A_SECOND_LOOK: f64 = 1.02;
@@ -148,17 +144,10 @@ struct Pass<'a> {
     best: &'a Mutex<Best>,
     /// Bits of the f64 above which sets are refused; only falls.
     limit: AtomicU64,
-    /// Slice of λ_max.
-    low: f64,
-    high: f64,
 }
 
 /// Proves the best set, or as much of it as time allows.
-pub(super) fn prove(
-    problem: &Problem,
-    first: (f64, Vec<usize>),
-    watch: &Watch<'_>,
-) -> Outcome {
+pub(super) fn prove(problem: &Problem, first: (f64, Vec<usize>), watch: &Watch<'_>) -> Outcome {
     let best = Mutex::new(Best { condition: SINGULAR, ties: Vec::new() });
     lock(&best).offer(first.0, first.1);
     let start = lock(&best).condition;
@@ -171,7 +160,10 @@ pub(super) fn prove(
             // An early pass found a better set: only the last pass is left to do.
             continue;
         }
-        if !search_slices(problem, watch, &best, limit) {
+        let limit = limit.min(lock(&best).limit());
+        let pass = Pass { problem, watch, best: &best, limit: AtomicU64::new(limit.to_bits()) };
+        pass.visit(&problem.forced, problem.free.clone(), 0);
+        if watch.halted() {
             break;
         }
         lower_bound = limit.min(lock(&best).condition);
@@ -183,38 +175,6 @@ pub(super) fn prove(
 
 fn lock(best: &Mutex<Best>) -> std::sync::MutexGuard<'_, Best> {
     best.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
-/// Searches all slices of λ_max; `false` when halted before the end.
-fn search_slices(problem: &Problem, watch: &Watch<'_>, best: &Mutex<Best>, limit: f64) -> bool {
-    let m = problem.keys as f64;
-    let mut low = 1.0;
-    loop {
-        let limit = limit.min(lock(best).limit());
-        // The trace is m: λ_max + (m − 1)·λ_max/β ≤ m.
-        let top = m / (1.0 + (m - 1.0) / limit);
-        if low > top {
-            return true;
-        }
-        let ratio = std::env::var("SLICE").ok().and_then(|s| s.parse().ok()).unwrap_or(SLICE_RATIO);
-        let pass = Pass {
-            problem,
-            watch,
-            best,
-            limit: AtomicU64::new(limit.to_bits()),
-            low,
-            high: low * ratio,
-        };
-        let t = Instant::now();
-        pass.visit(&problem.forced, problem.free.clone(), 0);
-        if std::env::var("TRACE").is_ok() {
-            eprintln!("limit {limit:.3} slice {low:.3} of {top:.3}: {:?}", t.elapsed());
-        }
-        if watch.halted() {
-            return false;
-        }
-        low = pass.high;
-    }
 }
 
 impl Pass<'_> {
@@ -280,7 +240,7 @@ impl Node {
     fn reduced(pass: &Pass<'_>, chosen: &[usize], mut candidates: Vec<usize>) -> Option<Self> {
         let problem = pass.problem;
         let missing = problem.keys - chosen.len();
-        let mut lambda = pass.low;
+        let mut lambda = 1.0_f64;
         if !chosen.is_empty() {
             lambda = lambda.max(rayleigh(&problem.kernel.submatrix(chosen), chosen.len()));
         }
@@ -296,8 +256,11 @@ impl Node {
                 return None;
             }
             if missing > 2 {
-                let energy = energy_bound(pass, chosen, &candidates, &mut graph, &classes)?;
+                let energy = energy_bound(pass, chosen, &candidates, &mut graph, &classes);
                 let sharper = energy / problem.keys as f64;
+                if sharper.is_infinite() {
+                    return None;
+                }
                 if sharper > lambda * WORTH_A_SECOND_LOOK {
                     lambda = sharper;
                     candidates = graph.vertices().into_iter().map(|v| candidates[v]).collect();
@@ -335,15 +298,15 @@ impl Node {
     }
 }
 
-/// Lower bound of the sum of entries of every completed matrix; removes from the graph the
-/// candidates with which the sum would exceed the slice. `None` when all would.
+/// Lower bound of the sum of entries of every completed matrix, infinite when there is none;
+/// removes from the graph the candidates that are in no completion.
 fn energy_bound(
     pass: &Pass<'_>,
     chosen: &[usize],
     candidates: &[usize],
     graph: &mut Graph,
     classes: &[Vec<usize>],
-) -> Option<f64> {
+) -> f64 {
     let kernel = &pass.problem.kernel;
     let missing = pass.problem.keys - chosen.len();
     let own: f64 = chosen.iter().flat_map(|&i| chosen.iter().map(move |&j| kernel.row(i)[j])).sum();
@@ -368,21 +331,13 @@ fn energy_bound(
         let b = &mut best_of_class[class_of[v]];
         *b = b.min(costs[v]);
     }
-    // An ulp or two of summation error must not refuse a set.
-    let most = pass.problem.keys as f64 * pass.high * (1.0 + 1e-12);
-    let mut smallest = best_of_class.clone();
-    let bound = own + sum_of_smallest(&mut smallest, missing);
-    if bound > most {
-        return None;
-    }
+    // Candidates without neighbours in enough classes are in no clique.
     for v in graph.vertices() {
-        smallest.copy_from_slice(&best_of_class);
-        smallest[class_of[v]] = f64::INFINITY;
-        if own + costs[v] + sum_of_smallest(&mut smallest, missing - 1) > most {
+        if costs[v].is_infinite() {
             graph.remove(v);
         }
     }
-    Some(bound)
+    own + sum_of_smallest(&mut best_of_class, missing)
 }
 
 /// Sum of the `count` smallest values, infinite when there are fewer; reorders `values`.

@@ -17,8 +17,10 @@ pub fn extreme_eigenvalues(a: &mut [f64], n: usize) -> (f64, f64) {
     assert!(n > 0 && a.len() == n * n, "a square matrix");
     let scale: f64 = a.iter().map(|x| x * x).sum();
     for _ in 0..MAX_SWEEPS {
-        let off: f64 =
-            (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i * n + j].powi(2)).sum();
+        let off: f64 = (0..n)
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .map(|(i, j)| a[i * n + j].powi(2))
+            .sum();
         if off <= scale * 1e-33 {
             break;
         }

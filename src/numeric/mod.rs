@@ -3,7 +3,9 @@
 mod coefficients;
 mod eigen_jacobi;
 mod kernel;
+mod phase;
 
 pub use coefficients::Coefficients;
 pub use eigen_jacobi::extreme_eigenvalues;
 pub use kernel::{DEFAULT_ALPHA, KernelMatrix, distance_sq, gaussian};
+pub use phase::{CyclePhase, wrapped};
