@@ -211,8 +211,7 @@ mod tests {
 
     #[test]
     fn without_a_period_the_nearest_frame_three_away_is_taken() {
-        // One step is 12.15 frames and 7 steps are 85.05: the even distance 49 (4 steps and
-        // .4 frames) is worse than 85, but 73 (6 steps and .1 frames) is just behind it.
+        // 85 frames are 7 steps less .05 frames, nearer than 73, which are 6 steps and .1 frames.
         let found = propose_partners(&ring(), &[5], &PartnerSettings::default(), &[]).unwrap();
         assert_eq!(found[0].frame, 90);
         let close = Coefficients::from_rows(5, 1, vec![0.0, 0.1, 0.2, 0.3, 0.4]).unwrap();
