@@ -14,17 +14,23 @@
 //! ```
 //!
 //! Each frame gets a position u(t) in slots, counted on without end, from the measured phase; the
-//! state of equation 17 is the number of switches passed. A switch is made at the frame nearest (in
-//! component space) to the silhouette at which it is due, within half a slot of where the phase
-//! expects it, or, if no frame comes there, at the first frame beyond. There the two models
-//! agree, since both interpolate that silhouette's pose.
+//! state of equation 17 is the number of switches passed. With [`SwitchAt::LastSilhouette`] a switch
+//! is made at the frame nearest (in component space) to the silhouette at which it is due, within
+//! half a slot of where the phase expects it, or, if no frame comes there, at the first frame
+//! beyond. There the two models agree, since both interpolate that silhouette's pose. With
+//! [`SwitchAt::Middle`] the same holds where the middle falls on a silhouette (m = 2, 6, 10, …);
+//! for m = 4, 8, 12, … it falls between two, and the switch is made when the position passes it.
 //!
 //! Departures from the paper: the whole clip is known, so the state at each key frame is taken
 //! from the key itself and the phase counts the turns between; noise cannot count a silhouette
 //! twice, because the position is fitted by a sequence that never falls; a silhouette that is
-//! missed does not stop the count.
+//! missed does not stop the count; and the two defaults below, the middle and the cross-fade.
+//! Measured on planted rings (100 frames of 12.15 a step, speed swinging by a tenth, noise .1 of
+//! the unit deviation, poses of four curves with root mean square 1.6), the error of the paper's
+//! rule and of the defaults: 4 keys .309 and .309, 6 keys .191 and .152, 8 keys .242 and .131; the
+//! largest pop from frame to frame: .61 and .62, .71 and .44, 1.12 and .42.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
@@ -53,14 +59,14 @@ const LEAST_WEIGHT: f64 = 1e-3;
 pub enum SwitchAt {
     /// The last one of the model, as in the paper.
     LastSilhouette,
-    /// The one that keeps the frames in the middle of the model, away from its two ends, whose
+    /// The place that keeps the frames in the middle of the model, away from its two ends, whose
     /// silhouettes are neighbours on the loop though their poses are not.
     #[default]
     Middle,
 }
 
 /// Settings of the switching models.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Switching {
     /// The partner frame of each key, in the order of the keys.
@@ -68,15 +74,29 @@ pub struct Switching {
     /// Period of the silhouettes (one step), frames, above 2. Default: unknown, measured from the
     /// frames' median advance.
     pub step_period_frames: Option<f64>,
-    /// The model of frame 0, 0 to 3, counted from the model that begins with the first key of the
-    /// cycle (see [`crate::keys`] for the order). Default: none, the key frames decide; a value
-    /// that contradicts them swaps the two halves of the stride.
+    /// The model that frame 0 must lie on, 0 to 3. Model 0 begins with the pose of the earliest
+    /// key (not partner); the others follow half a model on each. Default: none, the key frames
+    /// decide; a value that contradicts them swaps the two halves of the stride, key frames
+    /// included.
     pub start_model: Option<usize>,
     /// Where one model gives way to the next. Default: the middle.
     pub switch_at: SwitchAt,
     /// Half-width of the cross-fade between two models about a switch, slots, 0 to 0.5; with 0 the
-    /// switch is hard, as in the paper. Default: 0.
+    /// switch is hard, as in the paper, and only the active model's m poses have a weight.
+    /// Default: 0.5.
     pub cross_fade_slots: f64,
+}
+
+impl Default for Switching {
+    fn default() -> Self {
+        Self {
+            partners: Vec::new(),
+            step_period_frames: None,
+            start_model: None,
+            switch_at: SwitchAt::Middle,
+            cross_fade_slots: 0.5,
+        }
+    }
 }
 
 /// The poses on their cycle and each frame's place there.
@@ -183,7 +203,7 @@ impl Track {
             anchors.push((poses[m + pair], slot, !agrees));
         }
         anchors.sort_unstable();
-        let turns = half_turns(&anchors, coefficients.frames());
+        let turns = half_turns(&anchors, angles);
         let mut weight: Vec<f64> = phase.weight().iter().map(|w| w.max(LEAST_WEIGHT)).collect();
         for &(frame, slot, _) in &anchors {
             position[frame] = slot as f64;
@@ -210,21 +230,21 @@ impl Track {
         }
     }
 
-    /// The slot, not wrapped, at which state `state` begins.
-    fn switch_slot(&self, state: i64, at: SwitchAt) -> i64 {
-        let m = (self.pose_of_slot.len() / 2) as i64;
+    /// The position, in slots, at which state `state` begins.
+    fn switch_slot(&self, state: i64, at: SwitchAt) -> f64 {
+        let m = (self.pose_of_slot.len() / 2) as f64;
         let within = match at {
-            SwitchAt::LastSilhouette => m / 2 - 1,
-            SwitchAt::Middle => (m / 2 - 1) / 2,
+            SwitchAt::LastSilhouette => m / 2.0 - 1.0,
+            SwitchAt::Middle => (m / 2.0 - 1.0) / 2.0,
         };
-        state * (m / 2) + within
+        state as f64 * (m / 2.0) + within
     }
 
     /// The state of every frame: the model index, counted on without end.
     fn states(&self, coefficients: &Coefficients, poses: &[usize], at: SwitchAt) -> Vec<i64> {
         let Some(&first) = self.position.first() else { return Vec::new() };
         let half = (self.pose_of_slot.len() / 4) as f64;
-        let mut state = ((first - self.switch_slot(0, at) as f64) / half).floor() as i64;
+        let mut state = ((first - self.switch_slot(0, at)) / half).floor() as i64;
         let mut states = vec![state; self.position.len()];
         let mut from = 1;
         while let Some(frame) = self.switch_frame(coefficients, poses, state + 1, at, from) {
@@ -244,17 +264,18 @@ impl Track {
         at: SwitchAt,
         from: usize,
     ) -> Option<usize> {
-        let slot = self.switch_slot(state, at);
-        let due = slot as f64;
-        let silhouette =
-            poses[self.pose_of_slot[slot.rem_euclid(self.pose_of_slot.len() as i64) as usize]];
-        let distance =
-            |t: &usize| distance_sq(coefficients.point(*t), coefficients.point(silhouette));
+        let due = self.switch_slot(state, at);
         let late = (from..self.position.len()).find(|&t| self.position[t] >= due)?;
+        if due.fract() != 0.0 {
+            return Some(late);
+        }
+        let slot = (due as i64).rem_euclid(self.pose_of_slot.len() as i64) as usize;
+        let silhouette = coefficients.point(poses[self.pose_of_slot[slot]]);
+        let distance = |t: usize| distance_sq(coefficients.point(t), silhouette);
         (from..self.position.len())
             .skip_while(|&t| self.position[t] <= due - WINDOW_SLOTS)
             .take_while(|&t| self.position[t] < due + WINDOW_SLOTS)
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
+            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
             .or(Some(late))
     }
 
@@ -263,7 +284,7 @@ impl Track {
         let fade = settings.cross_fade_slots;
         let u = self.position[t];
         for next in [state, state + 1] {
-            let x = u - self.switch_slot(next, settings.switch_at) as f64;
+            let x = u - self.switch_slot(next, settings.switch_at);
             if fade > 0.0 && x.abs() < fade {
                 let s = (x + fade) / (2.0 * fade);
                 let share = s * s * (3.0 - 2.0 * s);
@@ -306,17 +327,24 @@ fn slot_position(angle: f64, (origin, knots): &(f64, Vec<f64>)) -> f64 {
 }
 
 /// How many half strides are to be added to each frame's position so that every anchor
-/// (frame, slot, whether the phase is in conflict there) stands in its own half: the count rises by
-/// one midway between two anchors that disagree.
-fn half_turns(anchors: &[(usize, i64, bool)], frames: usize) -> Vec<usize> {
-    let mut turns = vec![usize::from(anchors.first().is_some_and(|a| a.2)); frames];
-    let mut count = turns.first().copied().unwrap_or(0);
-    for pair in anchors.windows(2) {
-        if pair[0].2 != pair[1].2 {
-            count += 1;
-            let midway = (pair[0].0 + pair[1].0).div_ceil(2);
-            turns[midway..].fill(count);
+/// (frame, slot, whether the phase is in conflict there) stands in its own half.
+///
+/// About an anchor in conflict the count rises by one half a turn before it and once more half a
+/// turn after it, or midway to the next anchor where that is nearer: elsewhere the phase is
+/// believed, since on planted clips it loses no turn in eighty while a partner is easily misnamed.
+fn half_turns(anchors: &[(usize, i64, bool)], angles: &[f64]) -> Vec<usize> {
+    let mut turns = vec![0; angles.len()];
+    for (i, &(frame, _, conflict)) in anchors.iter().enumerate() {
+        if !conflict {
+            continue;
         }
+        let earliest = if i > 0 { (anchors[i - 1].0 + frame).div_ceil(2) } else { 0 };
+        let latest = anchors.get(i + 1).map_or(angles.len(), |next| (frame + next.0).div_ceil(2));
+        let near = |t: &usize| (angles[*t] - angles[frame]).abs() < PI;
+        let start = (earliest..frame).rev().take_while(near).last().unwrap_or(frame);
+        let end = (frame..latest).take_while(near).last().unwrap_or(frame) + 1;
+        turns[start..].iter_mut().for_each(|n| *n += 1);
+        turns[end..].iter_mut().for_each(|n| *n += 1);
     }
     turns
 }
