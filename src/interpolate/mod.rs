@@ -1,1 +1,10 @@
-//! To come.
+//! From coefficients to weights of the key poses: the Gaussian radial basis functions of section
+//! 2.4 of the paper and the switching models of section 3.2.
+
+mod kernel;
+mod switching;
+mod weights;
+
+pub use kernel::{KernelSettings, Rbf};
+pub use switching::{SwitchAt, Switching};
+pub use weights::{Method, Weights, weights};

@@ -65,6 +65,20 @@ impl Coefficients {
         self.values.iter().skip(component).step_by(self.components).copied().collect()
     }
 
+    /// Fails with the place of the first coefficient that is NaN or infinite.
+    ///
+    /// # Errors
+    /// [`crate::Error::CoefficientNotFinite`].
+    pub fn check_finite(&self) -> crate::Result<()> {
+        match self.values.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(at) => Err(crate::Error::CoefficientNotFinite {
+                frame: at / self.components,
+                component: at % self.components,
+            }),
+        }
+    }
+
     /// The first `components` columns (all of them when there are fewer).
     #[must_use]
     pub fn leading(&self, components: usize) -> Self {

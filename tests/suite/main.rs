@@ -4,4 +4,5 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
 
 mod frames;
+mod interpolate;
 mod layers;
