@@ -88,6 +88,14 @@ pub enum Error {
         /// Name of the node.
         node: String,
     },
+    /// An animation of a rig file is too long to be sampled.
+    #[error("the animation \"{name}\" lasts {duration_s} s, too long to be sampled")]
+    AnimationTooLong {
+        /// The animation's name.
+        name: String,
+        /// Time of its last key, seconds.
+        duration_s: f64,
+    },
     /// A pose was asked for at a time its clip does not reach.
     #[error(
         "key {key}: {time_s:.4} s is outside the clip \"{clip}\", which ends at {duration_s:.4} s"
@@ -185,6 +193,9 @@ impl Error {
             Error::MatrixNodeDriven { .. } => Some(
                 "export the node with translation, rotation and scale instead of a matrix".to_owned(),
             ),
+            Error::AnimationTooLong { .. } => {
+                Some("check the times of the animation's keys, or take a lower frame rate".to_owned())
+            }
             Error::PoseOutsideClip { .. } => Some(
                 "frames count from 0 at the shot's frame rate; check the rate, or give the time in seconds".to_owned(),
             ),

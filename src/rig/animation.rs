@@ -8,6 +8,10 @@ use super::nodes::unit_quaternion;
 use super::{Clip, Driven, Pose, Skeleton};
 use crate::error::{Error, Result};
 
+/// Over an hour at 24 frames a second; what is longer is a corrupted time, and must not be
+/// allocated.
+const MOST_POSES: f64 = 100_000.0;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Property {
     Translation,
@@ -92,19 +96,25 @@ impl Animation {
 
     /// The whole animation on an even grid: poses at i / fps from 0 to its end, at least one.
     ///
+    /// # Errors
+    /// [`Error::AnimationTooLong`] when that would be more than 100 000 poses.
+    ///
     /// # Panics
     /// When `skeleton` is not that of the animation's file, or `fps` is not positive and finite.
-    #[must_use]
-    pub fn clip(&self, skeleton: &Skeleton, fps: f64) -> Clip {
+    pub fn clip(&self, skeleton: &Skeleton, fps: f64) -> Result<Clip> {
         assert!(fps.is_finite() && fps > 0.0, "a frame rate is positive");
         // A thousandth of a frame forgives the rounding of the last key to f32.
-        let last = (self.duration_s() * fps + 1e-3).floor() as usize;
-        Clip {
+        let last = (self.duration_s() * fps + 1e-3).floor();
+        if last >= MOST_POSES {
+            let (name, duration_s) = (self.name.clone(), self.duration_s());
+            return Err(Error::AnimationTooLong { name, duration_s });
+        }
+        Ok(Clip {
             name: self.name.clone(),
             fps,
-            poses: (0..=last).map(|i| self.sample(skeleton, i as f64 / fps)).collect(),
+            poses: (0..=last as usize).map(|i| self.sample(skeleton, i as f64 / fps)).collect(),
             driven: self.driven(skeleton),
-        }
+        })
     }
 }
 
