@@ -100,22 +100,23 @@ impl File {
         }
         let triangles = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         let skin = match skin {
-            Some((index, skin)) => self
-                .influences(attributes, skin.joints.len(), positions.len(), place)?
-                .map(|influences| SkinWeights { skin: index, influences }),
+            Some((index, skin)) => {
+                self.skin_weights(attributes, index, skin.joints.len(), positions.len(), place)?
+            }
             None => None,
         };
         Ok(Some(Mesh { node, positions, triangles, skin }))
     }
 
     /// Influences of every vertex over all sets `JOINTS_n`, `WEIGHTS_n`; `None` without a set.
-    fn influences(
+    fn skin_weights(
         &self,
         attributes: &Value,
+        skin: usize,
         joint_count: usize,
         vertices: usize,
         place: &str,
-    ) -> Result<Option<Vec<Vec<(usize, f64)>>>> {
+    ) -> Result<Option<SkinWeights>> {
         let mut all: Option<Vec<Vec<(usize, f64)>>> = None;
         for set in 0.. {
             let Some(joints) = self.index(attributes, &format!("JOINTS_{set}"), place)? else {
@@ -132,14 +133,14 @@ impl File {
                 influences.extend(j.into_iter().zip(w).filter(|&(_, w)| w > 0.0));
             }
         }
-        let Some(mut all) = all else { return Ok(None) };
-        for influences in &mut all {
+        let Some(mut influences) = all else { return Ok(None) };
+        for influences in &mut influences {
             if let Some((joint, _)) = influences.iter().find(|(j, _)| *j >= joint_count) {
                 return Err(self.fault(place, format!("joint {joint} is not in the skin")));
             }
             normalize(influences);
         }
-        Ok(Some(all))
+        Ok(Some(SkinWeights { skin, influences }))
     }
 }
 

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
 
+mod bvh;
 mod export;
 mod gltf_fixture;
 mod layers;
