@@ -1,10 +1,12 @@
-//! From coefficients to weights of the key poses: the Gaussian radial basis functions of section
-//! 2.4 of the paper and the switching models of section 3.2.
+//! From coefficients to weights of the key poses (the Gaussian radial basis functions of section
+//! 2.4 of the paper and the switching models of section 3.2), and from weights to poses.
 
+mod blend;
 mod kernel;
 mod switching;
 mod weights;
 
+pub use blend::{blend, largest_step_deg};
 pub use kernel::{KernelSettings, Rbf};
 pub use switching::{SwitchAt, Switching};
 pub use weights::{Method, Weights, weights};

@@ -3,6 +3,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
 
+mod bvh;
+mod export;
 mod frames;
+mod gltf_fixture;
 mod interpolate;
 mod layers;
+mod rig;
