@@ -33,6 +33,82 @@ pub enum Error {
         /// What is wrong with the line.
         what: String,
     },
+    /// There is no shot in a folder.
+    #[error("{}: there is no shot here (no shot.toml)", folder.display())]
+    NoShot {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// There is a shot already.
+    #[error("{}: there is a shot here already", folder.display())]
+    ShotExists {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// `shot.toml` cannot be understood; the text names line and column.
+    #[error("{}: {what}", path.display())]
+    ShotFile {
+        /// The file.
+        path: PathBuf,
+        /// The parser's message.
+        what: String,
+    },
+    /// A JSON document of the shot cannot be understood.
+    #[error("{}: {what}", path.display())]
+    Document {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// The shot names neither footage nor mattes nor strokes.
+    #[error("{}: the shot names neither footage nor mattes nor strokes", folder.display())]
+    NoSource {
+        /// The shot folder.
+        folder: PathBuf,
+    },
+    /// Footage has to be segmented, but a rectangle is missing.
+    #[error("{}: segmenting footage needs a rectangle inside the animal and one clear of it", folder.display())]
+    NoRectangles {
+        /// The shot folder.
+        folder: PathBuf,
+    },
+    /// A synthetic source of no known gait.
+    #[error("synthetic:{name}: there is no such gait")]
+    UnknownGait {
+        /// The name.
+        name: String,
+    },
+    /// A mask is missing.
+    #[error("{}: the mask of frame {frame} is missing", folder.display())]
+    MaskMissing {
+        /// The folder of masks.
+        folder: PathBuf,
+        /// The frame.
+        frame: usize,
+    },
+    /// The source brought no frame at all.
+    #[error("{}: the source has no frames", folder.display())]
+    NoFrames {
+        /// The shot folder.
+        folder: PathBuf,
+    },
+    /// Strokes are to be the binary images, but a frame has none.
+    #[error("{}: frame {frame} has no strokes", folder.display())]
+    StrokesMissing {
+        /// The folder of strokes.
+        folder: PathBuf,
+        /// The frame.
+        frame: usize,
+    },
+    /// No rig or not every pose is named.
+    #[error("{}: {what}", shot.display())]
+    PosesMissing {
+        /// The shot folder.
+        shot: PathBuf,
+        /// What is missing.
+        what: String,
+    },
     /// Another process works in the shot.
     #[error("{}: another muybridge is at work in this shot", shot.display())]
     ShotBusy {
@@ -600,6 +676,31 @@ impl Error {
             Error::Table { .. } => {
                 Some("mend the line, or delete the file and run the stage again".to_owned())
             }
+            Error::NoShot { .. } => Some("make one with `muybridge new`".to_owned()),
+            Error::ShotExists { .. } => {
+                Some("go on with `muybridge run`, or add --force to begin its shot.toml anew".to_owned())
+            }
+            Error::ShotFile { .. } => None,
+            Error::Document { .. } => {
+                Some("mend the file, or delete it and run its stage again".to_owned())
+            }
+            Error::NoSource { .. } => {
+                Some("name one in [source] of shot.toml: from, mattes or strokes".to_owned())
+            }
+            Error::NoRectangles { .. } => Some(
+                "set foreground and background in [source] of shot.toml (or give --foreground and --background to `new`), or bring mattes or strokes"
+                    .to_owned(),
+            ),
+            Error::UnknownGait { .. } => Some("walk, trot, canter and gallop are built in".to_owned()),
+            Error::MaskMissing { .. } => Some("run `muybridge segment`".to_owned()),
+            Error::NoFrames { .. } => Some("check the source and the range of frames".to_owned()),
+            Error::StrokesMissing { .. } => {
+                Some("draw them, or give rectangles so that the footage is segmented".to_owned())
+            }
+            Error::PosesMissing { .. } => Some(
+                "give `animate --rig FILE --pose 1=CLIP#FRAME --pose 2=CLIP@SECONDS …`, or fill [poses] and [[pose]] in shot.toml"
+                    .to_owned(),
+            ),
             Error::ShotBusy { .. } => Some("wait for it to end".to_owned()),
             Error::Picture { .. } => {
                 Some("export the picture again, or leave its frame out with --frames".to_owned())

@@ -29,4 +29,6 @@ pub mod silhouette;
 pub mod spectrum;
 pub mod synthetic;
 
+pub mod shot;
+
 pub use error::{Error, Result};

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::store::{hash_file, write_atomically};
 use super::Stage;
+use super::store::{hash_file, write_atomically};
 use crate::error::{Error, Result};
 
 /// The folder inside a shot that holds records, staging areas and the lock.
@@ -123,14 +123,7 @@ impl StageWriter {
             fs::remove_dir_all(&staging).map_err(Error::io(&staging, "clear"))?;
         }
         fs::create_dir_all(&staging).map_err(Error::io(&staging, "create the folder"))?;
-        Ok(Self {
-            shot: shot.to_owned(),
-            stage,
-            reads,
-            force,
-            staging,
-            made: BTreeMap::new(),
-        })
+        Ok(Self { shot: shot.to_owned(), stage, reads, force, staging, made: BTreeMap::new() })
     }
 
     /// Stages one file; `file` is its path relative to the shot, with `/` between folders.

@@ -1,7 +1,11 @@
 //! `shot.toml`: where the footage is and every setting, each with its default and a comment.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
+use crate::error::{Error, Result};
+use crate::frames::check_rate;
 use crate::image::Rectangle;
 use crate::{silhouette, spectrum};
 
@@ -66,6 +70,44 @@ impl Source {
     #[must_use]
     pub fn background(&self) -> Option<Rectangle> {
         self.background.map(rectangle)
+    }
+}
+
+impl ShotFile {
+    /// Checks what the types do not: frame rates and ranges that a hand can spoil.
+    pub(super) fn check(&self, path: &Path) -> Result<()> {
+        if let Some(fps) = self.source.fps {
+            check_rate(fps)?;
+        }
+        let within = |name: &str, ok: bool, rule: &str| {
+            let name = format!("{}: {name}", path.display());
+            if ok { Ok(()) } else { Err(Error::Setting { name, rule: rule.to_owned() }) }
+        };
+        let (analysis, keys, animation) = (&self.analysis, &self.keys, &self.animation);
+        within("analysis.components", (2..=16).contains(&analysis.components), "is 2 to 16")?;
+        within("keys.count", (1..=24).contains(&keys.count), "is 1 to 24")?;
+        within(
+            "keys.components",
+            (1..=analysis.components).contains(&keys.components),
+            "is 1 to analysis.components",
+        )?;
+        within("keys.spacing", keys.spacing >= 1, "is 1 or more")?;
+        within("keys.time_limit_s", keys.time_limit_s >= 0.0, "is 0 or more")?;
+        let fps = animation.fps;
+        within("animation.fps", fps.is_finite() && fps >= 0.0, "is 0 or a frame rate")?;
+        within("animation.start_model", animation.start_model <= 4, "is 0 to 4")?;
+        let clean = &self.silhouette.clean;
+        for (name, share, most) in [
+            ("opening", clean.opening, 0.1),
+            ("closing", clean.closing, 0.1),
+            ("holes", clean.holes, 1.0),
+        ] {
+            let name = format!("silhouette.clean.{name}");
+            within(&name, (0.0..=most).contains(&share), &format!("is 0 to {most}"))?;
+        }
+        let gate = &self.silhouette.gate;
+        within("silhouette.gate.distance", gate.distance > 0.0, "is over 0")?;
+        within("silhouette.gate.area_factor", gate.area_factor > 1.0, "is over 1")
     }
 }
 
@@ -212,39 +254,93 @@ pub(super) const TABLES: &[(&str, &str)] = &[
     ("silhouette", "Footage to masks."),
     ("silhouette.colour", "The two mixtures of colours."),
     ("silhouette.clean", "The clean-up of the masks; sizes are shares of the picture's diagonal."),
-    ("silhouette.gate", "What the animal may do from one frame to the next; anything else is reported as lost."),
+    (
+        "silhouette.gate",
+        "What the animal may do from one frame to the next; anything else is reported as lost.",
+    ),
     ("analysis", "Image PCA, spectrum and verdict."),
     ("keys", "The frames worth posing."),
     ("animation", "Poses to animation."),
-    ("poses", "The rig with your key poses (glTF or GLB). Then one table for each key, like\n  [[pose]]\n  key = 1\n  clip = \"KeyPoses\"\n  frame = 1        # or: time = 0.04 (seconds)"),
+    (
+        "poses",
+        "The rig with your key poses (glTF or GLB). Then one table for each key, like\n  [[pose]]\n  key = 1\n  clip = \"KeyPoses\"\n  frame = 1        # or: time = 0.04 (seconds)",
+    ),
 ];
 
 /// Comments of the keys: (table.key, what it does).
 pub(super) const COMMENTS: &[(&str, &str)] = &[
-    ("source.from", "A video, a folder of images, a pattern (dir/img_%04d.png, dir/*.png) or synthetic:gallop."),
-    ("source.mattes", "Ready mattes instead of segmentation: alpha if there is one, else luminance over one half."),
+    (
+        "source.from",
+        "A video, a folder of images, a pattern (dir/img_%04d.png, dir/*.png) or synthetic:gallop.",
+    ),
+    (
+        "source.mattes",
+        "Ready mattes instead of segmentation: alpha if there is one, else luminance over one half.",
+    ),
     ("source.invert_mattes", "true when the mattes are black where the animal is."),
-    ("source.strokes", "A folder of sketched strokes; without footage every frame, over footage any. Default: strokes/ here."),
+    (
+        "source.strokes",
+        "A folder of sketched strokes; without footage every frame, over footage any. Default: strokes/ here.",
+    ),
     ("source.fps", "Frames a second. A video brings its own; image sequences have 25 unless said."),
     ("source.frames", "\"A-B\": only the frames from A to B, counted from 0, both included."),
-    ("source.foreground", "A rectangle inside the animal on the first frame: [left, top, width, height], pixels."),
+    (
+        "source.foreground",
+        "A rectangle inside the animal on the first frame: [left, top, width, height], pixels.",
+    ),
     ("source.background", "A rectangle clear of the animal on the first frame."),
-    ("silhouette.scale_trend", "Remove a slow change of size (an animal that walks away): auto, on, off."),
-    ("silhouette.stroke_radius_px", "Radius by which sketched strokes are thickened, pixels; 0 takes 1 % of the diagonal."),
-    ("silhouette.colour.components", "Gaussians a mixture, 1 to 8; 0 lets the Bayesian information criterion choose."),
-    ("silhouette.colour.prior", "Probability of a pixel to be the animal before its colour is seen, between 0 and 1."),
+    (
+        "silhouette.scale_trend",
+        "Remove a slow change of size (an animal that walks away): auto, on, off.",
+    ),
+    (
+        "silhouette.stroke_radius_px",
+        "Radius by which sketched strokes are thickened, pixels; 0 takes 1 % of the diagonal.",
+    ),
+    (
+        "silhouette.colour.components",
+        "Gaussians a mixture, 1 to 8; 0 lets the Bayesian information criterion choose.",
+    ),
+    (
+        "silhouette.colour.prior",
+        "Probability of a pixel to be the animal before its colour is seen, between 0 and 1.",
+    ),
     ("silhouette.colour.seed", "Seed of the mixtures' start."),
-    ("silhouette.clean.opening", "Radius of the opening (removes specks), share of the diagonal, 0 to 0.1."),
-    ("silhouette.clean.closing", "Radius of the closing (bridges gaps), share of the diagonal, 0 to 0.1."),
-    ("silhouette.clean.holes", "Largest hole that is filled, share of the silhouette's area, 0 to 1."),
-    ("silhouette.gate.distance", "How far the centre of mass may be from where it is expected, in roots of the area."),
+    (
+        "silhouette.clean.opening",
+        "Radius of the opening (removes specks), share of the diagonal, 0 to 0.1.",
+    ),
+    (
+        "silhouette.clean.closing",
+        "Radius of the closing (bridges gaps), share of the diagonal, 0 to 0.1.",
+    ),
+    (
+        "silhouette.clean.holes",
+        "Largest hole that is filled, share of the silhouette's area, 0 to 1.",
+    ),
+    (
+        "silhouette.gate.distance",
+        "How far the centre of mass may be from where it is expected, in roots of the area.",
+    ),
     ("silhouette.gate.area_factor", "By what factor the area may change, over 1."),
     ("analysis.components", "Principal components that are kept, 2 to 16."),
-    ("analysis.gait", "unknown; symmetric (walk, trot, pace: left and right half a stride apart); asymmetric (canter, gallop)."),
-    ("analysis.band_pass", "Keys and interpolation use the scores after the band-pass (true) or the raw ones (false)."),
+    (
+        "analysis.gait",
+        "unknown; symmetric (walk, trot, pace: left and right half a stride apart); asymmetric (canter, gallop).",
+    ),
+    (
+        "analysis.band_pass",
+        "Keys and interpolation use the scores after the band-pass (true) or the raw ones (false).",
+    ),
     ("keys.count", "Number of key images: 4 for a run, 4 with partners for a walk."),
-    ("keys.components", "Components that distances are measured with; 2 unless the verdict advises more."),
-    ("keys.partners", "true gives each key a partner: the same silhouette in the other half of the stride."),
+    (
+        "keys.components",
+        "Components that distances are measured with; 2 unless the verdict advises more.",
+    ),
+    (
+        "keys.partners",
+        "true gives each key a partner: the same silhouette in the other half of the stride.",
+    ),
     ("keys.partner_of", "Partners of your own choice: [[key, frame], …]."),
     ("keys.exclude", "Frames that must not be keys."),
     ("keys.include", "Frames that must be keys."),
@@ -252,12 +348,21 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     ("keys.time_limit_s", "Seconds after which the best set found is given without proof."),
     ("animation.name", "Name of the animation in the rig's file; empty takes the shot's name."),
     ("animation.method", "auto (switching where keys have partners), rbf, switching."),
-    ("animation.alpha", "Width of the Gaussian exp(-alpha r^2); ln 2 makes it one half at one standard deviation."),
-    ("animation.ridge", "Added to the diagonal of the kernel matrix; over 0 the keys are met only nearly."),
+    (
+        "animation.alpha",
+        "Width of the Gaussian exp(-alpha r^2); ln 2 makes it one half at one standard deviation.",
+    ),
+    (
+        "animation.ridge",
+        "Added to the diagonal of the kernel matrix; over 0 the keys are met only nearly.",
+    ),
     ("animation.clamp", "Keep every weight within 0 and 1."),
     ("animation.normalize", "Make the weights of every frame sum to one."),
     ("animation.fps", "Time axis of the animation, frames a second; 0 takes the footage's."),
-    ("animation.start_model", "Switching: the model of the first frame, from 1; 0 finds it from the keys."),
+    (
+        "animation.start_model",
+        "Switching: the model of the first frame, from 1; 0 finds it from the keys.",
+    ),
     ("animation.bvh", "Write animation.bvh too."),
     ("poses.rig", "The rig's file."),
 ];

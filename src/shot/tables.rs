@@ -30,8 +30,11 @@ impl Projections {
         header.extend((1..=components).map(|c| format!("pc{c}")));
         header.extend((1..=components).map(|c| format!("pc{c}_band_passed")));
         let rows = (0..self.raw.frames()).map(|t| {
-            let mut row =
-                vec![t.to_string(), number(t as f64 / self.fps), u8::from(self.used[t]).to_string()];
+            let mut row = vec![
+                t.to_string(),
+                number(t as f64 / self.fps),
+                u8::from(self.used[t]).to_string(),
+            ];
             row.extend(self.raw.point(t).iter().copied().map(number));
             row.extend(self.band_passed.point(t).iter().copied().map(number));
             row
@@ -48,7 +51,11 @@ impl Projections {
         let width = rows.first().map_or(3, Vec::len);
         let components = width.saturating_sub(3) / 2;
         if width != 3 + 2 * components || components == 0 {
-            return Err(Error::table(path, 1, "columns are frame, time_s, used, pc…, pc…_band_passed"));
+            return Err(Error::table(
+                path,
+                1,
+                "columns are frame, time_s, used, pc…, pc…_band_passed",
+            ));
         }
         let part = |from: usize| -> Vec<f64> {
             rows.iter().flat_map(|r| r[from..from + components].iter().copied()).collect()
@@ -68,54 +75,105 @@ impl Projections {
 }
 
 /// `keys/weights.csv`: for every frame the weight of every key's pose, their sum, and the active
-/// switching model (empty without switching).
-#[must_use]
-pub fn weights_to_csv(weights: &Weights, fps: f64) -> String {
-    let keys = weights.keys();
-    let mut header = vec!["frame".to_owned(), "time_s".to_owned()];
-    header.extend((1..=keys).map(|k| format!("key_{k}")));
-    header.extend(["sum".to_owned(), "model".to_owned()]);
-    let rows = (0..weights.frames()).map(|t| {
-        let mut row = vec![t.to_string(), number(t as f64 / fps)];
-        row.extend(weights.row(t).iter().copied().map(number));
-        row.push(number(weights.sum(t)));
-        row.push(weights.active_model(t).map(|m| (m + 1).to_string()).unwrap_or_default());
-        row
-    });
-    table(&header, rows)
+/// switching model. It needs no rig: anything that can be summed can be driven by it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeightTable {
+    /// Number of poses, K.
+    pub poses: usize,
+    /// Frames × poses, row-major.
+    pub values: Vec<f64>,
+    /// The switching model of each frame, from 0; `None` without switching.
+    pub models: Vec<Option<usize>>,
 }
 
-/// Reads `keys/weights.csv`; the sum column is computed anew, so a weight edited by hand counts.
-///
-/// # Errors
-/// [`Error::Table`] naming the line.
-pub fn weights_from_csv(path: &Path, bytes: &[u8]) -> Result<Weights> {
-    let mut values = Vec::new();
-    let mut models = Vec::new();
-    let mut keys = 0;
-    for (at, row) in records(path, bytes)?.into_iter().enumerate() {
-        let line = at + 2;
-        if row.len() < 5 {
-            return Err(Error::table(path, line, "columns are frame, time_s, key_1…, sum, model"));
+impl WeightTable {
+    /// From the interpolation's result.
+    #[must_use]
+    pub fn of(weights: &Weights) -> Self {
+        Self {
+            poses: weights.poses(),
+            values: weights.values().to_vec(),
+            models: (0..weights.frames()).map(|t| weights.active_model(t)).collect(),
         }
-        keys = row.len() - 4;
-        for cell in &row[2..2 + keys] {
-            values.push(parse(path, line, cell)?);
-        }
-        let model = row[row.len() - 1].trim();
-        models.push(match model {
-            "" => None,
-            text => {
-                let model = parse(path, line, text)?;
-                if model < 1.0 || model.fract() != 0.0 {
-                    return Err(Error::table(path, line, "a model is a whole number from 1"));
-                }
-                Some(model as usize - 1)
-            }
-        });
     }
-    Weights::from_rows(keys, values, models)
-        .ok_or_else(|| Error::table(path, 1, "rows differ in length"))
+
+    /// Number of frames.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.models.len()
+    }
+
+    /// The weights of frame `t`.
+    ///
+    /// # Panics
+    /// When `t` is not a frame.
+    #[must_use]
+    pub fn row(&self, t: usize) -> &[f64] {
+        &self.values[t * self.poses..(t + 1) * self.poses]
+    }
+
+    /// The sum of frame `t`'s weights.
+    ///
+    /// # Panics
+    /// When `t` is not a frame.
+    #[must_use]
+    pub fn sum(&self, t: usize) -> f64 {
+        self.row(t).iter().sum()
+    }
+
+    /// The table as text: frame, time, one column a key, sum, model (from 1, empty without
+    /// switching).
+    #[must_use]
+    pub fn to_csv(&self, fps: f64) -> String {
+        let mut header = vec!["frame".to_owned(), "time_s".to_owned()];
+        header.extend((1..=self.poses).map(|k| format!("key_{k}")));
+        header.extend(["sum".to_owned(), "model".to_owned()]);
+        let rows = (0..self.frames()).map(|t| {
+            let mut row = vec![t.to_string(), number(t as f64 / fps)];
+            row.extend(self.row(t).iter().copied().map(number));
+            row.push(number(self.sum(t)));
+            row.push(self.models[t].map(|m| (m + 1).to_string()).unwrap_or_default());
+            row
+        });
+        table(&header, rows)
+    }
+
+    /// Reads the table; the sum column is computed anew, so a weight edited by hand counts.
+    ///
+    /// # Errors
+    /// [`Error::Table`] naming the line.
+    pub fn from_csv(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let mut found = Self { poses: 0, values: Vec::new(), models: Vec::new() };
+        for (at, row) in records(path, bytes)?.into_iter().enumerate() {
+            let line = at + 2;
+            if row.len() < 5 {
+                return Err(Error::table(
+                    path,
+                    line,
+                    "columns are frame, time_s, key_1…, sum, model",
+                ));
+            }
+            found.poses = row.len() - 4;
+            for cell in &row[2..2 + found.poses] {
+                found.values.push(parse(path, line, cell)?);
+            }
+            found.models.push(match row[row.len() - 1].trim() {
+                "" => None,
+                text => Some(model_index(path, line, text)?),
+            });
+        }
+        if found.models.is_empty() {
+            return Err(Error::table(path, 1, "the table has no rows"));
+        }
+        Ok(found)
+    }
+}
+
+fn model_index(path: &Path, line: usize, text: &str) -> Result<usize> {
+    match text.parse::<usize>() {
+        Ok(model) if model >= 1 => Ok(model - 1),
+        _ => Err(Error::table(path, line, "a model is a whole number from 1")),
+    }
 }
 
 /// A table of numbers with a header line, as text.
@@ -171,11 +229,32 @@ mod tests {
         let raw = Coefficients::from_rows(6, 2, values.clone()).unwrap();
         let band_passed =
             Coefficients::from_rows(6, 2, values.iter().map(|v| v.exp()).collect()).unwrap();
-        let projections =
-            Projections { fps: 24.0, used: vec![true, true, false, true, true, true], raw, band_passed };
+        let projections = Projections {
+            fps: 24.0,
+            used: vec![true, true, false, true, true, true],
+            raw,
+            band_passed,
+        };
         let text = projections.to_csv();
         let back = Projections::from_csv(Path::new("p.csv"), text.as_bytes(), 24.0).unwrap();
         assert_eq!(back, projections);
+    }
+
+    #[test]
+    fn weights_read_back_and_may_be_edited() {
+        let weights = WeightTable {
+            poses: 2,
+            values: vec![0.25, 0.75, 1.0 / 3.0, -0.1],
+            models: vec![Some(0), None],
+        };
+        let text = weights.to_csv(24.0);
+        assert!(text.starts_with("frame,time_s,key_1,key_2,sum,model\n0,0,0.25,0.75,1,1\n"));
+        let path = Path::new("w.csv");
+        assert_eq!(WeightTable::from_csv(path, text.as_bytes()).unwrap(), weights);
+        let edited = text.replace("0.25,0.75,1,1", "0.5,0.75,9,0");
+        let error = WeightTable::from_csv(path, edited.as_bytes()).unwrap_err();
+        assert!(matches!(error, Error::Table { line: 2, .. }), "{error}");
+        assert!(WeightTable::from_csv(path, b"frame,time_s,key_1,sum,model\n").is_err());
     }
 
     #[test]

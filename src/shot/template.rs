@@ -8,7 +8,7 @@ use super::settings::{COMMENTS, ShotFile, TABLES};
 /// The text of a shot file with a comment above every table and key. Keys without a value stand
 /// commented out, so that they can be found.
 pub(super) fn text(shot: &ShotFile, name: &str) -> String {
-    let document = toml_edit::ser::to_document(shot).unwrap_or_default();
+    let document = document(shot).unwrap_or_default();
     let mut text = format!(
         "# The shot «{}» of muybridge: every setting with its default. Edit at will; `muybridge run` redoes what changes.\n",
         name.replace(['\n', '\r'], " ")
@@ -30,13 +30,22 @@ pub(super) fn text(shot: &ShotFile, name: &str) -> String {
     text
 }
 
+/// The settings as a document of plain tables.
+fn document(shot: &ShotFile) -> Option<DocumentMut> {
+    toml::to_string(shot).ok()?.parse().ok()
+}
+
 fn pose_text(pose: &super::settings::PoseOfKey) -> String {
     let at = match (pose.frame, pose.time) {
         (Some(frame), _) => format!("frame = {frame}\n"),
         (None, Some(time)) => format!("time = {}\n", plain(Value::from(time))),
         (None, None) => String::new(),
     };
-    format!("\n[[pose]]\nkey = {}\nclip = {}\n{at}", pose.key, plain(Value::from(pose.clip.as_str())))
+    format!(
+        "\n[[pose]]\nkey = {}\nclip = {}\n{at}",
+        pose.key,
+        plain(Value::from(pose.clip.as_str()))
+    )
 }
 
 fn plain(mut value: Value) -> String {
@@ -56,7 +65,7 @@ fn value_at(document: &DocumentMut, path: &str) -> Option<String> {
 /// place, comments and order stay.
 pub(super) fn updated(text: &str, wanted: &ShotFile) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
-    let target = toml_edit::ser::to_document(wanted).ok()?;
+    let target = self::document(wanted)?;
     for (path, _) in COMMENTS {
         let keys: Vec<&str> = path.split('.').collect();
         let value = value_item(&target, &keys);
@@ -146,8 +155,12 @@ mod tests {
         shot.source.fps = Some(25.0);
         shot.source.foreground = Some([1, 2, 30, 40]);
         shot.keys.exclude = vec![3, 4];
-        shot.pose_of_key =
-            vec![PoseOfKey { key: 1, clip: "Key \"Poses\"".to_owned(), frame: Some(1), time: None }];
+        shot.pose_of_key = vec![PoseOfKey {
+            key: 1,
+            clip: "Key \"Poses\"".to_owned(),
+            frame: Some(1),
+            time: None,
+        }];
         shot
     }
 
@@ -168,12 +181,13 @@ mod tests {
         all.source.frames = Some(String::new());
         all.source.background = Some([0; 4]);
         all.poses.rig = Some(String::new());
-        let document = toml_edit::ser::to_document(&all).unwrap();
+        let document = document(&all).unwrap();
         let mut leaves = Vec::new();
         let mut walk = vec![(String::new(), document.as_table())];
         while let Some((prefix, table)) = walk.pop() {
             for (key, item) in table.iter() {
-                let path = if prefix.is_empty() { key.to_owned() } else { format!("{prefix}.{key}") };
+                let path =
+                    if prefix.is_empty() { key.to_owned() } else { format!("{prefix}.{key}") };
                 match item {
                     Item::Table(inner) => walk.push((path, inner)),
                     Item::Value(Value::InlineTable(_)) | Item::ArrayOfTables(_) => {}
@@ -194,14 +208,20 @@ mod tests {
 
     #[test]
     fn an_update_changes_one_value_and_keeps_the_users_own_words() {
-        let before = text(&filled(), "x").replace("count = 4", "count = 4   # four, says the director");
+        let before =
+            text(&filled(), "x").replace("count = 4", "count = 4   # four, says the director");
         let mut wanted = filled();
         wanted.keys.count = 6;
         wanted.source.frames = Some("3-90".to_owned());
         let after = updated(&before, &wanted).unwrap();
         assert!(after.contains("count = 6   # four, says the director"), "{after}");
         assert_eq!(toml::from_str::<ShotFile>(&after).unwrap(), wanted);
-        wanted.pose_of_key.push(PoseOfKey { key: 2, clip: "W".into(), frame: None, time: Some(0.5) });
+        wanted.pose_of_key.push(PoseOfKey {
+            key: 2,
+            clip: "W".into(),
+            frame: None,
+            time: Some(0.5),
+        });
         let again = updated(&after, &wanted).unwrap();
         assert_eq!(toml::from_str::<ShotFile>(&again).unwrap(), wanted);
         assert_eq!(updated(&again, &wanted).unwrap(), again);

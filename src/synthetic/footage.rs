@@ -54,6 +54,7 @@ pub struct SyntheticFootage {
     model: Model,
     camera: Camera,
     next: usize,
+    end: usize,
 }
 
 impl SyntheticFootage {
@@ -70,7 +71,15 @@ impl SyntheticFootage {
         let stride: Vec<_> =
             (0..24).map(|i| gait.pose(&model.skeleton, f64::from(i) / 24.0).pose).collect();
         let camera = Camera::framing(&model, &stride, view);
-        Self { gait, settings, model, camera, next: 0 }
+        Self { gait, settings, model, camera, next: 0, end: settings.frames }
+    }
+
+    /// Reads only the frames from `first` to `last`, both included.
+    #[must_use]
+    pub fn with_range(mut self, first: usize, last: usize) -> Self {
+        self.end = self.settings.frames.min(last.saturating_add(1));
+        self.next = first.min(self.end);
+        self
     }
 
     /// The settings it was made with.
@@ -142,11 +151,11 @@ impl FrameSource for SyntheticFootage {
     }
 
     fn frame_count(&self) -> Option<usize> {
-        Some(self.settings.frames)
+        Some(self.end - self.next)
     }
 
     fn next_frame(&mut self) -> Result<Option<Picture>> {
-        if self.next >= self.settings.frames {
+        if self.next >= self.end {
             return Ok(None);
         }
         self.next += 1;

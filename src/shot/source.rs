@@ -1,0 +1,189 @@
+//! Opening what a shot's `[source]` names.
+
+use std::path::PathBuf;
+
+use super::Shot;
+use super::store::{hash_files, read};
+use crate::error::{Error, Result};
+use crate::frames::mattes::{self, MatteSpec, Mattes};
+use crate::frames::strokes::numbered_files;
+use crate::frames::{self, FrameRange, FrameSource, SourceSpec};
+use crate::mask::Mask;
+use crate::synthetic::{Gait, SyntheticFootage, SyntheticSettings};
+
+/// Frames a second of an image sequence of which nothing is said.
+pub const DEFAULT_FPS: f64 = 25.0;
+
+/// `synthetic:walk` and so on: the built-in horse.
+pub const SYNTHETIC_PREFIX: &str = "synthetic:";
+
+/// What masks are made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// Footage, segmented by colour; strokes over it are hints.
+    Footage,
+    /// Ready mattes.
+    Mattes,
+    /// Sketched strokes are the binary images.
+    Strokes,
+}
+
+impl Shot {
+    /// What masks are made from. Mattes win over everything; strokes are used as they are when
+    /// there is no footage, or when there are no rectangles to segment footage by.
+    ///
+    /// # Errors
+    /// [`Error::NoSource`] when the settings name none.
+    pub fn input(&self) -> Result<Input> {
+        let source = &self.settings.source;
+        let rectangles = source.foreground.is_some() && source.background.is_some();
+        let sketched = self.strokes_folder().is_some();
+        match (&source.from, &source.mattes) {
+            (_, Some(_)) => Ok(Input::Mattes),
+            (Some(from), None)
+                if sketched && !rectangles && !from.starts_with(SYNTHETIC_PREFIX) =>
+            {
+                Ok(Input::Strokes)
+            }
+            (Some(_), None) => Ok(Input::Footage),
+            (None, None) if sketched => Ok(Input::Strokes),
+            (None, None) => Err(Error::NoSource { folder: self.folder().to_owned() }),
+        }
+    }
+
+    /// The range of frames, where only a part is taken.
+    ///
+    /// # Errors
+    /// [`Error::BadFrameRange`].
+    pub fn range(&self) -> Result<Option<FrameRange>> {
+        self.settings.source.frames.as_deref().map(str::parse).transpose()
+    }
+
+    /// The footage, front to back; `None` when the shot has mattes or strokes only.
+    ///
+    /// # Errors
+    /// As [`frames::open`]; [`Error::UnknownGait`] for a synthetic source of another name.
+    pub fn footage(&self) -> Result<Option<Box<dyn FrameSource>>> {
+        if self.settings.source.from.is_none() {
+            return Ok(None);
+        }
+        if let Some(synthetic) = self.synthetic()? {
+            let footage = match self.range()? {
+                Some(range) => synthetic.with_range(range.first(), range.last()),
+                None => synthetic,
+            };
+            return Ok(Some(Box::new(footage)));
+        }
+        Ok(Some(Box::new(frames::open(&self.source_spec()?)?)))
+    }
+
+    /// The synthetic footage that is the source, with its truth; `None` for other sources.
+    ///
+    /// # Errors
+    /// [`Error::UnknownGait`].
+    pub fn synthetic(&self) -> Result<Option<SyntheticFootage>> {
+        let Some(name) =
+            self.settings.source.from.as_deref().and_then(|f| f.strip_prefix(SYNTHETIC_PREFIX))
+        else {
+            return Ok(None);
+        };
+        let gait: Gait = name.parse().map_err(|_| Error::UnknownGait { name: name.to_owned() })?;
+        let settings = SyntheticSettings { fps: self.fps(), ..SyntheticSettings::default() };
+        Ok(Some(SyntheticFootage::new(gait, settings)))
+    }
+
+    fn source_spec(&self) -> Result<SourceSpec> {
+        let source = &self.settings.source;
+        let location = self.path(source.from.as_deref().unwrap_or_default());
+        Ok(SourceSpec { location, frames: self.range()?, fps: source.fps })
+    }
+
+    /// The mattes.
+    ///
+    /// # Errors
+    /// As [`mattes::open`]; [`Error::NoSource`] without any.
+    pub fn mattes(&self) -> Result<Mattes> {
+        let source = &self.settings.source;
+        let Some(folder) = &source.mattes else {
+            return Err(Error::NoSource { folder: self.folder().to_owned() });
+        };
+        mattes::open(&MatteSpec {
+            location: self.path(folder),
+            frames: self.range()?,
+            invert: source.invert_mattes,
+            size: None,
+        })
+    }
+
+    /// Where strokes are: what the settings name, else `strokes/` in the shot when it is there.
+    #[must_use]
+    pub fn strokes_folder(&self) -> Option<PathBuf> {
+        match &self.settings.source.strokes {
+            Some(folder) => Some(self.path(folder)),
+            None => Some(self.path("strokes")).filter(|p| p.is_dir()),
+        }
+    }
+
+    /// The stroke files with their frame numbers, ascending.
+    ///
+    /// # Errors
+    /// As [`numbered_files`].
+    pub fn strokes(&self) -> Result<Vec<(usize, PathBuf)>> {
+        self.strokes_folder().map_or(Ok(Vec::new()), |folder| numbered_files(&folder))
+    }
+
+    /// A hash of everything the masks are made from.
+    ///
+    /// # Errors
+    /// When a source is missing or cannot be read.
+    pub fn source_hash(&self) -> Result<String> {
+        let mut files = Vec::new();
+        match self.input()? {
+            Input::Mattes => files.extend_from_slice(self.mattes()?.files()),
+            Input::Footage if self.synthetic()?.is_none() => {
+                files.extend(frames::source_files(&self.source_spec()?)?);
+            }
+            Input::Footage | Input::Strokes => {}
+        }
+        files.extend(self.strokes()?.into_iter().map(|(_, path)| path));
+        hash_files(&files)
+    }
+
+    /// The mask files in the folder, in order; the frames must be 0, 1, 2… without a gap.
+    ///
+    /// # Errors
+    /// [`Error::MaskMissing`] naming the frame.
+    pub fn mask_files(&self) -> Result<Vec<PathBuf>> {
+        let folder = self.path("masks");
+        if !folder.is_dir() {
+            return Err(Error::MaskMissing { folder, frame: 0 });
+        }
+        let numbered = numbered_files(&folder)?;
+        for (expected, (frame, _)) in numbered.iter().enumerate() {
+            if *frame != expected {
+                return Err(Error::MaskMissing { folder, frame: expected });
+            }
+        }
+        Ok(numbered.into_iter().map(|(_, path)| path).collect())
+    }
+
+    /// All masks.
+    ///
+    /// # Errors
+    /// When one is missing, unreadable, or of another size than the first.
+    pub fn masks(&self) -> Result<Vec<Mask>> {
+        let mut masks: Vec<Mask> = Vec::new();
+        for (frame, path) in self.mask_files()?.iter().enumerate() {
+            let mask = Mask::from_image_bytes(path, &read(path)?)?;
+            if let Some(first) = masks.first()
+                && (first.width(), first.height()) != (mask.width(), mask.height())
+            {
+                let expected = (first.width(), first.height());
+                let found = (mask.width(), mask.height());
+                return Err(Error::MaskSize { frame, found, expected });
+            }
+            masks.push(mask);
+        }
+        Ok(masks)
+    }
+}

@@ -1,0 +1,218 @@
+//! The JSON documents of a shot (`docs/formats.md` describes them), and reading them back.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::store::read;
+use super::{Shot, paths};
+use crate::error::{Error, Result};
+
+/// `analysis/diagnosis.json`, which is also what `analyze --json` prints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredDiagnosis {
+    /// "usable", "doubtful" or "unusable".
+    pub verdict: String,
+    /// Why, in words, worst first.
+    pub reasons: Vec<String>,
+    /// What to try, in words.
+    pub advice: Vec<String>,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second.
+    pub fps: f64,
+    /// Repeats of the silhouette in the clip.
+    pub cycles: f64,
+    /// Repeat frequency of the silhouette, f0: the step frequency of a symmetric gait.
+    pub step_hz: f64,
+    /// Frames a step.
+    pub step_frames: f64,
+    /// Stride frequency; null when it cannot be told.
+    pub stride_hz: Option<f64>,
+    /// Frames a stride; null when it cannot be told.
+    pub stride_frames: Option<f64>,
+    /// "given", "subharmonic_seen" or "unknown".
+    pub stride_basis: String,
+    /// What the stride can be: half of the step frequency (symmetric gaits) or the same.
+    pub stride_candidates_hz: [f64; 2],
+    /// The frequency nearest to the peak with half of its amplitude.
+    pub half_amplitude_hz: f64,
+    /// Amplitude of PC1 at the peak.
+    pub peak_amplitude: f64,
+    /// Lower and upper end of the band.
+    pub band_hz: [f64; 2],
+    /// Phase of PC2 relative to PC1 at the peak, degrees.
+    pub quadrature_deg: Option<f64>,
+    /// One entry a component.
+    pub components: Vec<StoredComponent>,
+    /// Width and height of the window the masks were cut to, pixels.
+    pub window_px: [usize; 2],
+    /// The slow trend of scale; null when too few silhouettes are whole.
+    pub scale_trend: Option<StoredTrend>,
+    /// Frames whose mask is empty: left out of the PCA and bridged.
+    pub bad_frames: Vec<usize>,
+}
+
+/// One component in `diagnosis.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredComponent {
+    /// Share of the total variance, 0…1.
+    pub variance_share: f64,
+    /// Correlation with itself after the band-pass.
+    pub r: f64,
+    /// Frequency of its own largest amplitude.
+    pub peak_hz: f64,
+}
+
+/// The trend of scale in `diagnosis.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredTrend {
+    /// Scale of the last frame over that of the first.
+    pub change: f64,
+    /// Whether it was removed.
+    pub removed: bool,
+}
+
+/// `keys/keys.json`, which is also what `keys --json` prints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredKeys {
+    /// How the keys were chosen: "condition-number".
+    pub method: String,
+    /// The keys, partners after them.
+    pub keys: Vec<KeyImage>,
+    /// Components that distances were measured with.
+    pub components: usize,
+    /// Condition number of H.
+    pub condition: f64,
+    /// Whether no other set is better.
+    pub proven_optimal: bool,
+    /// No set has a smaller condition number than this.
+    pub lower_bound: f64,
+}
+
+/// One key in `keys.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KeyImage {
+    /// Its number, from 1.
+    pub key: usize,
+    /// The frame, from 0.
+    pub frame: usize,
+    /// The frame's time, seconds.
+    pub time_s: f64,
+    /// The key whose silhouette it repeats in the other half of the stride; null for a key.
+    pub partner_of: Option<usize>,
+}
+
+impl StoredKeys {
+    /// Frames of the keys proper, in order.
+    #[must_use]
+    pub fn key_frames(&self) -> Vec<usize> {
+        self.keys.iter().filter(|k| k.partner_of.is_none()).map(|k| k.frame).collect()
+    }
+
+    /// Frames of the partners, in the order of the keys they belong to; empty when not every key
+    /// has one.
+    #[must_use]
+    pub fn partner_frames(&self) -> Vec<usize> {
+        let partners: Vec<usize> = self
+            .keys
+            .iter()
+            .filter(|k| k.partner_of.is_none())
+            .filter_map(|k| self.keys.iter().find(|p| p.partner_of == Some(k.key)))
+            .map(|p| p.frame)
+            .collect();
+        if partners.len() == self.key_frames().len() { partners } else { Vec::new() }
+    }
+
+    /// Checks what a hand may have edited: numbers 1, 2, 3… in order, keys before partners, frames
+    /// of the clip.
+    fn check(&self, path: &Path, frames: usize) -> Result<()> {
+        let fail = |what: String| Error::Document { path: path.to_owned(), what };
+        let mut partners = false;
+        for (at, key) in self.keys.iter().enumerate() {
+            if key.key != at + 1 {
+                return Err(fail(format!(
+                    "key {} stands where key {} is expected",
+                    key.key,
+                    at + 1
+                )));
+            }
+            if key.frame >= frames {
+                return Err(fail(format!(
+                    "key {} is frame {} of a clip of {frames}",
+                    key.key, key.frame
+                )));
+            }
+            match key.partner_of {
+                None if partners => return Err(fail("partners stand after the keys".to_owned())),
+                None => {}
+                Some(of) => {
+                    partners = true;
+                    if !self.keys.iter().any(|k| k.key == of && k.partner_of.is_none()) {
+                        return Err(fail(format!("key {} is a partner of no key ({of})", key.key)));
+                    }
+                }
+            }
+        }
+        if self.key_frames().is_empty() {
+            return Err(fail("there is no key".to_owned()));
+        }
+        Ok(())
+    }
+}
+
+/// `animation.json`, which is also what `animate --json` prints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredAnimation {
+    /// The animated rig, relative to the shot (or as given by `--out`).
+    pub path: String,
+    /// The animation's name in it.
+    pub animation: String,
+    /// Frames a second of its time axis.
+    pub fps: f64,
+    /// Number of frames.
+    pub frames: usize,
+    /// "rbf" or "switching".
+    pub method: String,
+    /// Smallest and largest weight of any pose.
+    pub weight_range: [f64; 2],
+    /// Smallest and largest sum of a frame's weights.
+    pub sum_range: [f64; 2],
+    /// The largest turn of a joint from one frame to the next, degrees.
+    pub largest_step_deg: f64,
+}
+
+impl Shot {
+    /// The verdict, as stored.
+    ///
+    /// # Errors
+    /// When it is missing or cannot be understood.
+    pub fn diagnosis(&self) -> Result<StoredDiagnosis> {
+        document(&self.path(paths::DIAGNOSIS))
+    }
+
+    /// The keys, as stored or edited; `frames` is the length of the clip.
+    ///
+    /// # Errors
+    /// When they are missing, cannot be understood, or make no sense.
+    pub fn keys(&self, frames: usize) -> Result<StoredKeys> {
+        let path = self.path(paths::KEYS);
+        let keys: StoredKeys = document(&path)?;
+        keys.check(&path, frames)?;
+        Ok(keys)
+    }
+
+    /// What `animate` made, as stored.
+    ///
+    /// # Errors
+    /// When it is missing or cannot be understood.
+    pub fn animation(&self) -> Result<StoredAnimation> {
+        document(&self.path(paths::ANIMATION))
+    }
+}
+
+fn document<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    serde_json::from_slice(&read(path)?)
+        .map_err(|e| Error::Document { path: path.to_owned(), what: e.to_string() })
+}
