@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::condition::{condition, condition_within};
 use super::problem::{Problem, spread};
-use super::search::Watch;
+use super::watch::Watch;
 
 /// The best set of `restarts` local searches (at least one), ascending, with its condition, which
 /// is infinite when even the best is singular.
