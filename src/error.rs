@@ -127,12 +127,6 @@ pub enum Error {
         /// What is wrong with it.
         what: String,
     },
-    /// A picture could not be written as PNG.
-    #[error("cannot encode a PNG: {what}")]
-    EncodePng {
-        /// The encoder's reason.
-        what: String,
-    },
 
     /// A rectangle that cannot be used.
     #[error(
@@ -186,12 +180,6 @@ pub enum Error {
     MasksConstant {
         /// How many masks.
         frames: usize,
-    },
-    /// A frame rate that is none.
-    #[error("a frame rate of {fps} is none: it must be positive and finite")]
-    FrameRate {
-        /// What was given.
-        fps: f64,
     },
 
     // ---- frames: pictures, video, mattes, strokes ----------------------------------------------
@@ -705,7 +693,7 @@ impl Error {
             Error::Picture { .. } => {
                 Some("export the picture again, or leave its frame out with --frames".to_owned())
             }
-            Error::EncodePng { .. } | Error::Setting { .. } => None,
+            Error::Setting { .. } => None,
             Error::Rectangle { which, .. } => Some(format!(
                 "give --{which} as left,top,width,height in pixels of the first frame"
             )),
@@ -718,7 +706,6 @@ impl Error {
                     .to_owned(),
             ),
             Error::MasksConstant { .. } => Some("take footage of a moving animal".to_owned()),
-            Error::FrameRate { .. } => Some("give the footage's rate with --fps".to_owned()),
             Error::SourceMissing { .. } => Some(
                 "check the spelling; a pattern looks like `frames/*.png` or `frames/%04d.png`"
                     .to_owned(),

@@ -15,10 +15,14 @@ impl Mask {
     /// The mask as a 1-bit grey PNG, white where set. The same mask always gives the same bytes.
     ///
     /// # Errors
-    /// [`Error::EncodePng`] for a mask without pixels, which PNG cannot hold.
+    /// [`Error::PngEncoding`] for a mask without pixels, which PNG cannot hold.
     pub fn to_png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        self.encode(&mut bytes).map_err(|e| Error::EncodePng { what: e.to_string() })?;
+        self.encode(&mut bytes).map_err(|e| Error::PngEncoding {
+            width: self.width(),
+            height: self.height(),
+            source: Box::new(e),
+        })?;
         Ok(bytes)
     }
 

@@ -5,7 +5,7 @@
 //! of every staged file is stored, the files are renamed into place, and the record becomes
 //! *done*. A file in place whose hash is in no record of the stage was made or edited by hand.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -28,15 +28,25 @@ struct Record {
     reads: Reads,
     /// Hash of each file as this stage made it, by its path relative to the shot.
     files: BTreeMap<String, String>,
-    /// Hashes of a commit that was under way when the record was stored.
+    /// While a commit is under way, every hash a file of this stage may have: from before, from
+    /// commits that were killed, and from this one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pending: BTreeMap<String, String>,
+    pending: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl Record {
     fn made_here(&self, file: &str, hash: &str) -> bool {
         self.files.get(file).is_some_and(|h| h == hash)
-            || self.pending.get(file).is_some_and(|h| h == hash)
+            || self.pending.get(file).is_some_and(|h| h.contains(hash))
+    }
+
+    /// Every file the stage has made, with every hash it may have, `made` included.
+    fn with_pending(&self, made: &BTreeMap<String, String>) -> Self {
+        let mut pending = self.pending.clone();
+        for (file, hash) in self.files.iter().chain(made) {
+            pending.entry(file.clone()).or_default().insert(hash.clone());
+        }
+        Self { pending, ..self.clone() }
     }
 }
 
@@ -147,20 +157,13 @@ impl StageWriter {
     /// When a file cannot be renamed or the record cannot be stored. Running the stage again
     /// mends it.
     pub fn commit(self) -> Result<Written> {
-        let before = load(&self.shot, self.stage);
-        let mut known = before.clone();
-        for (file, hash) in &before.pending {
-            known.files.insert(file.clone(), hash.clone());
-        }
-        let pending = Record { pending: self.made.clone(), ..before.clone() };
-        // A second kill during a second commit must still recognise the first one's files.
-        let pending = Record { files: merged(&before), ..pending };
-        save(&self.shot, self.stage, &pending)?;
+        let known = load(&self.shot, self.stage).with_pending(&self.made);
+        save(&self.shot, self.stage, &known)?;
 
         let mut written = Written::default();
-        for (file, hash) in &self.made {
+        for file in self.made.keys() {
             let target = self.shot.join(file);
-            if self.is_by_hand(&known, file, hash)? {
+            if self.is_by_hand(&known, file)? {
                 written.kept.push(file.clone());
                 continue;
             }
@@ -183,17 +186,17 @@ impl StageWriter {
         Ok(written)
     }
 
-    fn is_by_hand(&self, known: &Record, file: &str, new_hash: &str) -> Result<bool> {
+    /// The new hash is among the known ones, so a file that already is as wanted is not by hand.
+    fn is_by_hand(&self, known: &Record, file: &str) -> Result<bool> {
         let target = self.shot.join(file);
         if self.force || !target.is_file() {
             return Ok(false);
         }
-        let hash = hash_file(&target)?;
-        Ok(hash != new_hash && !known.made_here(file, &hash))
+        Ok(!known.made_here(file, &hash_file(&target)?))
     }
 
     fn remove_leftovers(&self, known: &Record) -> Result<()> {
-        for file in known.files.keys().filter(|f| !self.made.contains_key(*f)) {
+        for file in known.pending.keys().filter(|f| !self.made.contains_key(*f)) {
             let path = self.shot.join(file);
             if path.is_file() && known.made_here(file, &hash_file(&path)?) {
                 fs::remove_file(&path).map_err(Error::io(&path, "remove"))?;
@@ -201,12 +204,6 @@ impl StageWriter {
         }
         Ok(())
     }
-}
-
-fn merged(record: &Record) -> BTreeMap<String, String> {
-    let mut files = record.files.clone();
-    files.extend(record.pending.clone());
-    files
 }
 
 #[cfg(test)]
@@ -287,7 +284,8 @@ mod tests {
         // What a kill after the first rename leaves: a pending record, one new file, one old.
         let mut record = load(shot, Stage::Segment);
         for (file, text) in [("k/1", "one b"), ("k/2", "two b")] {
-            record.pending.insert(file.into(), blake3::hash(text.as_bytes()).to_hex().to_string());
+            let hash = blake3::hash(text.as_bytes()).to_hex().to_string();
+            record.pending.entry(file.into()).or_default().insert(hash);
         }
         save(shot, Stage::Segment, &record).unwrap();
         fs::write(shot.join("k/1"), "one b").unwrap();

@@ -71,7 +71,7 @@ pub struct SpectralAnalysis {
 /// `masks` says how many masks were unusable.
 ///
 /// # Errors
-/// [`Error::FrameRate`] unless `fps` is finite and positive, [`Error::TooFewMasks`] with fewer
+/// [`Error::BadFrameRate`] unless `fps` is finite and positive, [`Error::TooFewMasks`] with fewer
 /// than four frames.
 pub fn analyse(
     scores: &Coefficients,
@@ -81,7 +81,7 @@ pub fn analyse(
     settings: &Settings,
 ) -> Result<SpectralAnalysis> {
     if !(fps.is_finite() && fps > 0.0) {
-        return Err(Error::FrameRate { fps });
+        return Err(Error::BadFrameRate { fps });
     }
     if scores.frames() < LEAST_FRAMES || scores.components() == 0 {
         return Err(Error::TooFewMasks { frames: scores.frames() });

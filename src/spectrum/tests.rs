@@ -95,7 +95,7 @@ fn frame_rates_that_are_none_are_refused() {
     let scores = gait(30, 10.0, 0.0, 1);
     for fps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let found = analyse(&scores, &SHARES, fps, MaskCounts::default(), &Settings::default());
-        assert!(matches!(found, Err(Error::FrameRate { .. })));
+        assert!(matches!(found, Err(Error::BadFrameRate { .. })));
     }
     let three = gait(3, 10.0, 0.0, 1);
     let found = analyse(&three, &SHARES, 25.0, MaskCounts::default(), &Settings::default());

@@ -55,7 +55,11 @@ fn gallop_frames(all: &mut Vec<Sample>) -> Result<()> {
                 picture.height() as u32,
                 ::image::ExtendedColorType::Rgb8,
             )
-            .map_err(|e| Error::EncodePng { what: e.to_string() })?;
+            .map_err(|e| Error::PngEncoding {
+                width: picture.width(),
+                height: picture.height(),
+                source: Box::new(e),
+            })?;
         let path = format!("sequences/gallop/frame_{frame:04}.jpg");
         all.push(Sample { path, bytes: bytes.into_inner() });
     }
