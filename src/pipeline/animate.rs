@@ -1,0 +1,154 @@
+//! Poses and weights to the animated rig.
+
+use std::path::{Path, PathBuf};
+
+use super::stages::{json, weights};
+use super::{Options, Outcome};
+use crate::error::{Error, Result};
+use crate::export::{BvhSettings, append_animation, bvh};
+use crate::interpolate::{blend, largest_step_deg};
+use crate::rig::{File, KeyPoses, Moment, PoseSpec};
+use crate::shot::{
+    Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, StoredKeys, WeightTable, hash_file,
+    hash_files, hash_value, paths, read,
+};
+
+/// What `animate` made.
+#[derive(Clone, Debug)]
+pub struct AnimationResult {
+    /// What is stored in `animation.json`.
+    pub animation: StoredAnimation,
+    /// What was done to the folder.
+    pub outcome: Outcome,
+    /// Files beside the rig that the animated file refers to (textures, buffers); a copy elsewhere
+    /// needs them too.
+    pub referenced_files: Vec<PathBuf>,
+}
+
+/// Writes the animated rig (`animation.glb` or `.gltf`), `animation.bvh` and `animation.json`.
+///
+/// # Errors
+/// [`Error::PosesMissing`] when no rig is named or a key has no pose; as the stages before and the
+/// reading of the rig.
+pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
+    let (keys, table) = weights(shot, options.for_earlier_stage())?;
+    let Some(rig) = &shot.settings.poses.rig else {
+        return Err(missing(shot, "no rig with key poses is named".to_owned()));
+    };
+    let file = File::read(&shot.path(rig))?;
+    let specs = pose_specs(shot, table.poses)?;
+    let mut rig_files = vec![file.path().to_owned()];
+    rig_files.extend(file.referenced_files().into_iter().filter(|f| f.is_file()));
+    let settings = (&shot.settings.animation, &shot.settings.pose_of_key, shot.fps(), shot.name());
+    let reads = Reads::from([
+        ("weights".to_owned(), hash_file(&shot.path(paths::WEIGHTS))?),
+        ("rig".to_owned(), hash_files(&rig_files)?),
+        ("settings".to_owned(), hash_value(&settings)),
+    ]);
+    let outside = file.referenced_files();
+    if !options.force && shot.freshness(Stage::Animate, &reads) == Freshness::UpToDate {
+        let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Animate)? };
+        let animation = shot.animation()?;
+        return Ok(AnimationResult { animation, outcome, referenced_files: outside });
+    }
+    let (animation, outcome) = write(shot, &file, &specs, &keys, &table, reads, options)?;
+    Ok(AnimationResult { animation, outcome, referenced_files: outside })
+}
+
+#[allow(clippy::too_many_arguments, reason = "the parts of one document, named where they are made")]
+fn write(
+    shot: &Shot,
+    file: &File,
+    specs: &[PoseSpec],
+    keys: &StoredKeys,
+    table: &WeightTable,
+    reads: Reads,
+    options: Options,
+) -> Result<(StoredAnimation, Outcome)> {
+    let settings = &shot.settings.animation;
+    let fps = if settings.fps > 0.0 { settings.fps } else { shot.fps() };
+    let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
+    let poses = KeyPoses::read(file, specs, shot.fps())?;
+    let clip = blend(&name, fps, file.skeleton(), &poses, &table.values)?;
+    if !options.progress.step(Stage::Animate, 1, Some(2)) {
+        return Err(Error::Interrupted);
+    }
+    let appended = append_animation(file, &clip)?;
+    let path = format!("animation.{}", appended.extension);
+    let mut writer = shot.begin(Stage::Animate, reads, options.force)?;
+    writer.put(&path, &appended.bytes)?;
+    for (inside, from) in beside(file.path(), &appended.referenced_files) {
+        writer.put(&inside, &read(&from)?)?;
+    }
+    if settings.bvh {
+        let text = bvh(file.skeleton(), &file.joints()?, &clip, &BvhSettings::default())?;
+        writer.put(paths::BVH, text.as_bytes())?;
+    }
+    let switching = table.models.iter().any(Option::is_some);
+    let sums: Vec<f64> = (0..table.frames()).map(|t| table.sum(t)).collect();
+    let animation = StoredAnimation {
+        path,
+        animation: appended.animation,
+        fps,
+        frames: clip.poses.len(),
+        method: if switching { "switching" } else { "rbf" }.to_owned(),
+        weight_range: range(&table.values),
+        sum_range: range(&sums),
+        largest_step_deg: largest_step_deg(&clip),
+    };
+    writer.put(paths::ANIMATION, &json(&animation)?)?;
+    let kept = writer.commit()?.kept;
+    let _ = keys;
+    Ok((animation, Outcome { ran: true, kept }))
+}
+
+/// External files of a rig with the path they need in the shot: the same relative to the animated
+/// file as they had to the rig. What lies outside the rig's folder cannot be kept in the shot's.
+fn beside(rig: &Path, referenced: &[PathBuf]) -> Vec<(String, PathBuf)> {
+    let folder = rig.parent().unwrap_or(Path::new(""));
+    referenced
+        .iter()
+        .filter(|path| path.is_file())
+        .filter_map(|path| {
+            let inside = path.strip_prefix(folder).ok()?;
+            let plain = inside.components().all(|c| matches!(c, std::path::Component::Normal(_)));
+            plain.then(|| (inside.to_string_lossy().replace('\\', "/"), path.clone()))
+        })
+        .collect()
+}
+
+fn range(values: &[f64]) -> [f64; 2] {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [low, high]
+}
+
+/// One pose for each of the first `wanted` keys; poses of other keys are not needed and not read.
+fn pose_specs(shot: &Shot, wanted: usize) -> Result<Vec<PoseSpec>> {
+    let named = &shot.settings.pose_of_key;
+    let lacking: Vec<String> = (1..=wanted)
+        .filter(|key| !named.iter().any(|p| p.key == *key))
+        .map(|key| key.to_string())
+        .collect();
+    if !lacking.is_empty() {
+        let what = format!("no pose is named for key {}", lacking.join(", "));
+        return Err(missing(shot, what));
+    }
+    named.iter().filter(|p| p.key <= wanted).map(|p| pose_spec(shot, p)).collect()
+}
+
+fn pose_spec(shot: &Shot, pose: &PoseOfKey) -> Result<PoseSpec> {
+    let at = match (pose.frame, pose.time) {
+        (Some(_), Some(_)) => {
+            return Err(missing(shot, format!("the pose of key {} has a frame and a time", pose.key)));
+        }
+        (Some(frame), None) => Moment::Frame(frame),
+        (None, Some(time)) => Moment::Time(time),
+        (None, None) => Moment::Frame(0),
+    };
+    Ok(PoseSpec { key: pose.key, clip: pose.clip.clone(), at })
+}
+
+fn missing(shot: &Shot, what: String) -> Error {
+    Error::PosesMissing { shot: shot.folder().to_owned(), what }
+}

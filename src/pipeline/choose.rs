@@ -1,0 +1,112 @@
+//! Keys and weights, in memory.
+
+use crate::error::{Error, Result};
+use crate::interpolate::{self, KernelSettings, Switching, Weights};
+use crate::keys::{KeyChoice, KeySettings, Partner, PartnerSettings, choose_keys, propose_partners};
+use crate::numeric::Coefficients;
+use crate::shot;
+
+/// What keys are wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyRequest {
+    /// How the keys are chosen.
+    pub keys: KeySettings,
+    /// Whether each gets a partner.
+    pub partners: bool,
+    /// Partners named by the user: (position of the key, frame).
+    pub partner_of: Vec<(usize, usize)>,
+    /// Frames from one repeat of the silhouette to the next.
+    pub step_frames: f64,
+}
+
+/// The keys of a clip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    /// The choice with its proof.
+    pub choice: KeyChoice,
+    /// One partner a key, in the order of the keys; empty without partners.
+    pub partners: Vec<Partner>,
+}
+
+impl Chosen {
+    /// Frames of the partners.
+    #[must_use]
+    pub fn partner_frames(&self) -> Vec<usize> {
+        self.partners.iter().map(|p| p.frame).collect()
+    }
+}
+
+/// The step period as keys and switching take it: above 2 frames, or unknown.
+fn known_period(step_frames: f64) -> Option<f64> {
+    Some(step_frames).filter(|s| s.is_finite() && *s > 2.0)
+}
+
+/// Chooses keys and partners.
+///
+/// # Errors
+/// As [`choose_keys`] and [`propose_partners`].
+pub fn choose(
+    coefficients: &Coefficients,
+    request: &KeyRequest,
+    progress: &(dyn Fn(usize, usize) -> bool + Sync),
+) -> Result<Chosen> {
+    let choice = choose_keys(coefficients, &request.keys, progress)?;
+    let partners = if request.partners {
+        let settings = PartnerSettings {
+            step_period_frames: known_period(request.step_frames),
+            ..PartnerSettings::default()
+        };
+        propose_partners(coefficients, &choice.frames, &settings, &request.partner_of)?
+    } else {
+        Vec::new()
+    };
+    Ok(Chosen { choice, partners })
+}
+
+/// The weights of all poses: of the keys, or with switching of keys and partners. The method
+/// `auto` switches where there are partners.
+///
+/// # Errors
+/// [`Error::Setting`] when switching is asked for without partners; as [`interpolate::weights`].
+pub fn interpolation_weights(
+    coefficients: &Coefficients,
+    keys: &[usize],
+    partners: &[usize],
+    step_frames: f64,
+    settings: &shot::Animation,
+) -> Result<Weights> {
+    let kernel = KernelSettings {
+        alpha: settings.alpha,
+        ridge: settings.ridge,
+        clamp: settings.clamp,
+        normalise: settings.normalize,
+    };
+    let switching = match settings.method {
+        shot::Method::Rbf => false,
+        shot::Method::Auto => !partners.is_empty(),
+        shot::Method::Switching if partners.is_empty() => {
+            return Err(Error::setting(
+                "animation.method",
+                "is not «switching» while the keys have no partners (keys --partners)",
+            ));
+        }
+        shot::Method::Switching => true,
+    };
+    let method = if switching {
+        interpolate::Method::Switching(Switching {
+            partners: partners.to_vec(),
+            step_period_frames: known_period(step_frames),
+            start_model: settings.start_model.checked_sub(1),
+            ..Switching::default()
+        })
+    } else {
+        interpolate::Method::Rbf
+    };
+    interpolate::weights(coefficients, keys, &method, &kernel)
+}
+
+/// Times of frames, seconds.
+#[must_use]
+pub fn time_order(frames: &[usize], fps: f64) -> Vec<(usize, f64)> {
+    frames.iter().map(|&f| (f, f as f64 / fps)).collect()
+}

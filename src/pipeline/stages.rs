@@ -1,0 +1,307 @@
+//! The stages between masks and poses.
+
+use super::analysis::{MaskAnalysis, analyse_masks};
+use super::choose::{KeyRequest, choose, interpolation_weights};
+use super::segment::segment;
+use super::{Options, Outcome};
+use crate::error::{Error, Result};
+use crate::image::grey_png;
+use crate::image_pca::GreyImage;
+use crate::keys::KeySettings;
+use crate::mask::Mask;
+use crate::shot::{
+    Freshness, KeyImage, Projections, Reads, Shot, Stage, StoredComponent, StoredDiagnosis,
+    StoredKeys, StoredTrend, WeightTable, hash_file, hash_files, hash_value, number, paths, read,
+    table,
+};
+use crate::spectrum;
+
+/// Components whose eigen-silhouettes are drawn, and deviations from the mean on either side.
+const DRAWN_COMPONENTS: usize = 4;
+const DRAWN_DEVIATIONS: f64 = 2.0;
+
+/// What `analyze` found.
+#[derive(Clone, Debug)]
+pub struct AnalyzeResult {
+    /// The verdict and its measurements.
+    pub diagnosis: StoredDiagnosis,
+    /// What was done to the folder.
+    pub outcome: Outcome,
+}
+
+/// What `keys` chose.
+#[derive(Clone, Debug)]
+pub struct KeysResult {
+    /// The keys.
+    pub keys: StoredKeys,
+    /// What was done to the folder.
+    pub outcome: Outcome,
+}
+
+/// A hash over all mask files as they are now, edits by hand included.
+///
+/// # Errors
+/// When a mask is missing or cannot be read.
+pub fn stored_masks_hash(shot: &Shot) -> Result<String> {
+    hash_files(&shot.mask_files()?)
+}
+
+/// Masks to coefficients, spectrum and verdict.
+///
+/// # Errors
+/// As [`segment`] and [`analyse_masks`].
+pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
+    segment(shot, options.for_earlier_stage())?;
+    let settings = (&shot.settings.analysis, shot.settings.silhouette.scale_trend, shot.fps());
+    let reads = Reads::from([
+        ("masks".to_owned(), stored_masks_hash(shot)?),
+        ("settings".to_owned(), hash_value(&settings)),
+    ]);
+    if !options.force && shot.freshness(Stage::Analyze, &reads) == Freshness::UpToDate {
+        let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Analyze)? };
+        return Ok(AnalyzeResult { diagnosis: shot.diagnosis()?, outcome });
+    }
+    step(options, Stage::Analyze, 0, 3)?;
+    let masks = shot.masks()?;
+    step(options, Stage::Analyze, 1, 3)?;
+    let wanted = spectrum::Settings {
+        gait: shot.settings.analysis.gait,
+        band_pass: shot.settings.analysis.band_pass,
+    };
+    let found = analyse_masks(
+        &masks,
+        shot.fps(),
+        shot.settings.analysis.components,
+        shot.settings.silhouette.scale_trend,
+        &wanted,
+    )?;
+    step(options, Stage::Analyze, 2, 3)?;
+    let diagnosis = stored_diagnosis(&found, shot.fps());
+    let mut writer = shot.begin(Stage::Analyze, reads, options.force)?;
+    let projections = Projections {
+        fps: shot.fps(),
+        used: found.used.clone(),
+        raw: found.scores.clone(),
+        band_passed: found.spectral.band_passed.clone(),
+    };
+    writer.put(paths::PROJECTIONS, projections.to_csv().as_bytes())?;
+    writer.put(paths::SPECTRUM, spectrum_csv(&found).as_bytes())?;
+    writer.put(paths::DIAGNOSIS, &json(&diagnosis)?)?;
+    let good: Vec<&Mask> = found.windows.masks.iter().filter(|m| !m.is_empty()).collect();
+    writer.put("analysis/mean.png", &grey(&found.pca.mean_image(&good))?)?;
+    for c in 0..found.pca.eigenvalues.len().min(DRAWN_COMPONENTS) {
+        for (sign, deviations) in [("minus", -DRAWN_DEVIATIONS), ("plus", DRAWN_DEVIATIONS)] {
+            let image = found.pca.eigen_image(&good, c, deviations);
+            writer.put(&format!("analysis/component_{}_{sign}.png", c + 1), &grey(&image)?)?;
+        }
+    }
+    let written = writer.commit()?;
+    step(options, Stage::Analyze, 3, 3)?;
+    Ok(AnalyzeResult { diagnosis, outcome: Outcome { ran: true, kept: written.kept } })
+}
+
+fn grey(image: &GreyImage) -> Result<Vec<u8>> {
+    grey_png(image.width, image.height, image.to_bytes())
+}
+
+fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
+    let spectral = &found.spectral;
+    let rhythm = spectral.rhythm;
+    let first = &found.windows.masks[0];
+    StoredDiagnosis {
+        verdict: spectral.diagnosis.verdict.to_string(),
+        reasons: spectral.diagnosis.reasons.iter().map(ToString::to_string).collect(),
+        advice: spectral.diagnosis.advice.iter().map(ToString::to_string).collect(),
+        frames: found.used.len(),
+        fps,
+        cycles: spectral.diagnosis.cycles,
+        step_hz: rhythm.step_hz,
+        step_frames: rhythm.step_frames,
+        stride_hz: rhythm.stride_hz,
+        stride_frames: rhythm.stride_frames,
+        stride_basis: rhythm.stride_basis.name().to_owned(),
+        stride_candidates_hz: [rhythm.step_hz / 2.0, rhythm.step_hz],
+        half_amplitude_hz: spectral.peak.fb_hz,
+        peak_amplitude: spectral.peak.amplitude,
+        band_hz: [spectral.peak.band_hz.0, spectral.peak.band_hz.1],
+        quadrature_deg: spectral.quadrature_deg,
+        components: spectral
+            .components
+            .iter()
+            .map(|c| StoredComponent {
+                variance_share: c.variance_share,
+                r: c.r,
+                peak_hz: c.peak_hz,
+            })
+            .collect(),
+        window_px: [first.width(), first.height()],
+        scale_trend: found
+            .windows
+            .trend
+            .map(|t| StoredTrend { change: t.change, removed: t.removed }),
+        bad_frames: (0..found.used.len()).filter(|&t| !found.used[t]).collect(),
+    }
+}
+
+fn spectrum_csv(found: &MaskAnalysis) -> String {
+    let spectra = &found.spectral.spectra;
+    let mut header = vec!["frequency_hz".to_owned()];
+    header.extend((1..=spectra.len()).map(|c| format!("amplitude_pc{c}")));
+    let points = spectra.first().map_or(0, |s| s.amplitudes.len());
+    let rows = (0..points).map(|k| {
+        let mut row = vec![number(spectra[0].frequency_hz(k))];
+        row.extend(spectra.iter().map(|s| number(s.amplitudes[k])));
+        row
+    });
+    table(&header, rows)
+}
+
+/// Coefficients to key frames.
+///
+/// # Errors
+/// As [`analyze`] and [`choose`].
+pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
+    let analyzed = analyze(shot, options.for_earlier_stage())?;
+    let projections = shot.projections()?;
+    let reads = Reads::from([
+        ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
+        ("diagnosis".to_owned(), hash_file(&shot.path(paths::DIAGNOSIS))?),
+        (
+            "settings".to_owned(),
+            hash_value(&(
+                &shot.settings.keys,
+                shot.settings.analysis.band_pass,
+                shot.settings.animation.alpha,
+            )),
+        ),
+    ]);
+    let frames = projections.used.len();
+    let mut outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Keys)? };
+    if options.force || shot.freshness(Stage::Keys, &reads) == Freshness::Stale {
+        let progress = |done: usize, total: usize| {
+            options.progress.step(Stage::Keys, done, Some(total).filter(|t| *t > 0))
+        };
+        let request = key_request(shot, &projections, analyzed.diagnosis.step_frames);
+        let coefficients = used_coefficients(shot, &projections);
+        let chosen = choose(&coefficients, &request, &progress)?;
+        let mut images: Vec<KeyImage> = Vec::new();
+        let frames = chosen.choice.frames.iter().map(|&f| (f, None));
+        let partners =
+            chosen.partners.iter().enumerate().map(|(at, p)| (p.frame, Some(at + 1)));
+        for (frame, partner_of) in frames.chain(partners) {
+            let key = images.len() + 1;
+            images.push(KeyImage { key, frame, time_s: frame as f64 / shot.fps(), partner_of });
+        }
+        let stored = StoredKeys {
+            method: "condition-number".to_owned(),
+            keys: images,
+            components: coefficients.components(),
+            condition: chosen.choice.condition,
+            proven_optimal: chosen.choice.proven_optimal,
+            lower_bound: chosen.choice.lower_bound,
+        };
+        let mut writer = shot.begin(Stage::Keys, reads, options.force)?;
+        writer.put(paths::KEYS, &json(&stored)?)?;
+        outcome = Outcome { ran: true, kept: writer.commit()?.kept };
+    }
+    Ok(KeysResult { keys: shot.keys(frames)?, outcome })
+}
+
+fn key_request(shot: &Shot, projections: &Projections, step_frames: f64) -> KeyRequest {
+    let settings = &shot.settings.keys;
+    // A frame whose mask was empty has no picture worth posing.
+    let bad = (0..projections.used.len()).filter(|&t| !projections.used[t]);
+    let mut exclude: Vec<usize> = settings.exclude.iter().copied().chain(bad).collect();
+    exclude.sort_unstable();
+    exclude.dedup();
+    KeyRequest {
+        keys: KeySettings {
+            keys: settings.count,
+            alpha: shot.settings.animation.alpha,
+            exclude,
+            force: settings.include.clone(),
+            min_spacing_frames: settings.spacing,
+            time_limit_s: settings.time_limit_s,
+            ..KeySettings::default()
+        },
+        partners: settings.partners,
+        partner_of: settings
+            .partner_of
+            .iter()
+            .map(|&[key, frame]| (key.saturating_sub(1), frame))
+            .collect(),
+        step_frames,
+    }
+}
+
+fn used_coefficients(shot: &Shot, projections: &Projections) -> crate::numeric::Coefficients {
+    let all = if shot.settings.analysis.band_pass {
+        &projections.band_passed
+    } else {
+        &projections.raw
+    };
+    all.leading(shot.settings.keys.components)
+}
+
+/// Key frames to `keys/weights.csv`.
+///
+/// # Errors
+/// As [`keys`] and [`interpolation_weights`].
+pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable)> {
+    let chosen = keys(shot, options.for_earlier_stage())?.keys;
+    let diagnosis = shot.diagnosis()?;
+    let reads = Reads::from([
+        ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
+        ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
+        ("step".to_owned(), number(diagnosis.step_frames)),
+        (
+            "settings".to_owned(),
+            hash_value(&(
+                shot.settings.keys.components,
+                shot.settings.analysis.band_pass,
+                weight_settings(shot),
+            )),
+        ),
+    ]);
+    if options.force || shot.freshness(Stage::Weights, &reads) == Freshness::Stale {
+        let coefficients = used_coefficients(shot, &shot.projections()?);
+        let found = interpolation_weights(
+            &coefficients,
+            &chosen.key_frames(),
+            &chosen.partner_frames(),
+            diagnosis.step_frames,
+            &shot.settings.animation,
+        )?;
+        for &frame in found.phase_conflicts() {
+            tracing::warn!(
+                frame,
+                "this key or partner shows the other half of the stride than the motion around it says; choose another partner if the animation jumps there"
+            );
+        }
+        let mut writer = shot.begin(Stage::Weights, reads, options.force)?;
+        writer.put(paths::WEIGHTS, WeightTable::of(&found).to_csv(shot.fps()).as_bytes())?;
+        writer.commit()?;
+    }
+    let path = shot.path(paths::WEIGHTS);
+    Ok((chosen, WeightTable::from_csv(&path, &read(&path)?)?))
+}
+
+/// The settings of `[animation]` that weights depend on.
+fn weight_settings(shot: &Shot) -> (crate::shot::Method, f64, f64, bool, bool, usize) {
+    let a = &shot.settings.animation;
+    (a.method, a.alpha, a.ridge, a.clamp, a.normalize, a.start_model)
+}
+
+fn step(options: Options, stage: Stage, done: usize, total: usize) -> Result<()> {
+    if options.progress.step(stage, done, Some(total)) { Ok(()) } else { Err(Error::Interrupted) }
+}
+
+/// A document as indented JSON with a final line feed.
+pub(super) fn json<T: serde::Serialize>(value: &T) -> Result<Vec<u8>> {
+    let mut text = serde_json::to_vec_pretty(value).map_err(|e| Error::Document {
+        path: std::path::PathBuf::from("(new document)"),
+        what: e.to_string(),
+    })?;
+    text.push(b'\n');
+    Ok(text)
+}
