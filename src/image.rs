@@ -37,6 +37,12 @@ impl Picture {
         (rgb.len() == expected).then_some(Self { width, height, rgb })
     }
 
+    /// A grey picture from one byte a pixel; `None` when there are not `width * height`.
+    #[must_use]
+    pub fn from_grey(width: usize, height: usize, grey: &[u8]) -> Option<Self> {
+        Self::from_rgb(width, height, grey.iter().flat_map(|&g| [g, g, g]).collect())
+    }
+
     /// A picture from any decoded image, by the table at the head of this module.
     #[must_use]
     pub fn from_dynamic(image: &DynamicImage) -> Self {

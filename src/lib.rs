@@ -31,4 +31,7 @@ pub mod synthetic;
 
 pub mod shot;
 
+pub mod pipeline;
+pub mod report;
+
 pub use error::{Error, Result};

@@ -48,6 +48,10 @@ pub trait FrameSource {
     /// # Errors
     /// When the frame cannot be read, is damaged, or has another size than the first.
     fn next_frame(&mut self) -> Result<Option<Picture>>;
+    /// What was noticed about the source, in words.
+    fn findings(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// Frames `first ..= last` of a source, counted from 0.
@@ -169,6 +173,10 @@ impl FrameSource for Footage {
 
     fn next_frame(&mut self) -> Result<Option<Picture>> {
         self.source.next_frame()
+    }
+
+    fn findings(&self) -> Vec<String> {
+        self.findings.iter().map(ToString::to_string).collect()
     }
 }
 

@@ -54,8 +54,7 @@ pub fn analyse_masks(
     let pca = ImagePca::fit(&good, components)?;
     let scores = bridged(&pca.scores, &used);
     let counts = MaskCounts { frames: masks.len(), bad: masks.len() - good.len() };
-    let spectral =
-        spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
+    let spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
     Ok(MaskAnalysis { windows, used, pca, scores, spectral })
 }
 

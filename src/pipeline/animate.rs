@@ -9,8 +9,8 @@ use crate::export::{BvhSettings, append_animation, bvh};
 use crate::interpolate::{blend, largest_step_deg};
 use crate::rig::{File, KeyPoses, Moment, PoseSpec};
 use crate::shot::{
-    Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, StoredKeys, WeightTable, hash_file,
-    hash_files, hash_value, paths, read,
+    Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, WeightTable, hash_file, hash_files,
+    hash_value, paths, read,
 };
 
 /// What `animate` made.
@@ -31,7 +31,7 @@ pub struct AnimationResult {
 /// [`Error::PosesMissing`] when no rig is named or a key has no pose; as the stages before and the
 /// reading of the rig.
 pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
-    let (keys, table) = weights(shot, options.for_earlier_stage())?;
+    let (_, table) = weights(shot, options.for_earlier_stage())?;
     let Some(rig) = &shot.settings.poses.rig else {
         return Err(missing(shot, "no rig with key poses is named".to_owned()));
     };
@@ -51,16 +51,14 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
         let animation = shot.animation()?;
         return Ok(AnimationResult { animation, outcome, referenced_files: outside });
     }
-    let (animation, outcome) = write(shot, &file, &specs, &keys, &table, reads, options)?;
+    let (animation, outcome) = write(shot, &file, &specs, &table, reads, options)?;
     Ok(AnimationResult { animation, outcome, referenced_files: outside })
 }
 
-#[allow(clippy::too_many_arguments, reason = "the parts of one document, named where they are made")]
 fn write(
     shot: &Shot,
     file: &File,
     specs: &[PoseSpec],
-    keys: &StoredKeys,
     table: &WeightTable,
     reads: Reads,
     options: Options,
@@ -98,7 +96,6 @@ fn write(
     };
     writer.put(paths::ANIMATION, &json(&animation)?)?;
     let kept = writer.commit()?.kept;
-    let _ = keys;
     Ok((animation, Outcome { ran: true, kept }))
 }
 
@@ -140,7 +137,10 @@ fn pose_specs(shot: &Shot, wanted: usize) -> Result<Vec<PoseSpec>> {
 fn pose_spec(shot: &Shot, pose: &PoseOfKey) -> Result<PoseSpec> {
     let at = match (pose.frame, pose.time) {
         (Some(_), Some(_)) => {
-            return Err(missing(shot, format!("the pose of key {} has a frame and a time", pose.key)));
+            return Err(missing(
+                shot,
+                format!("the pose of key {} has a frame and a time", pose.key),
+            ));
         }
         (Some(frame), None) => Moment::Frame(frame),
         (None, Some(time)) => Moment::Time(time),

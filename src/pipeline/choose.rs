@@ -2,7 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::interpolate::{self, KernelSettings, Switching, Weights};
-use crate::keys::{KeyChoice, KeySettings, Partner, PartnerSettings, choose_keys, propose_partners};
+use crate::keys::{
+    KeyChoice, KeySettings, Partner, PartnerSettings, choose_keys, propose_partners,
+};
 use crate::numeric::Coefficients;
 use crate::shot;
 

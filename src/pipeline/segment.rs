@@ -35,10 +35,7 @@ pub struct SegmentSummary {
 pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     let reads = Reads::from([
         ("source".to_owned(), shot.source_hash()?),
-        (
-            "settings".to_owned(),
-            hash_value(&(&shot.settings.source, &shot.settings.silhouette)),
-        ),
+        ("settings".to_owned(), hash_value(&(&shot.settings.source, &shot.settings.silhouette))),
     ]);
     if !options.force && shot.freshness(Stage::Segment, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Segment)? };
@@ -192,9 +189,8 @@ fn hints(
 fn reports_csv(reports: &[FrameReport], fps: f64) -> String {
     let header = ["frame", "time_s", "area_px", "centre_x_px", "centre_y_px", "status"];
     let rows = reports.iter().map(|r| {
-        let (x, y) = r.centre_px.map_or((String::new(), String::new()), |(x, y)| {
-            (number(x), number(y))
-        });
+        let (x, y) =
+            r.centre_px.map_or((String::new(), String::new()), |(x, y)| (number(x), number(y)));
         vec![
             r.frame.to_string(),
             number(r.frame as f64 / fps),

@@ -5,7 +5,7 @@ use super::choose::{KeyRequest, choose, interpolation_weights};
 use super::segment::segment;
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
-use crate::image::grey_png;
+use crate::image::Picture;
 use crate::image_pca::GreyImage;
 use crate::keys::KeySettings;
 use crate::mask::Mask;
@@ -101,7 +101,8 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
 }
 
 fn grey(image: &GreyImage) -> Result<Vec<u8>> {
-    grey_png(image.width, image.height, image.to_bytes())
+    let picture = Picture::from_grey(image.width, image.height, &image.to_bytes());
+    picture.map_or_else(|| Ok(Vec::new()), |p| p.to_png_bytes())
 }
 
 fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
@@ -186,8 +187,7 @@ pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
         let chosen = choose(&coefficients, &request, &progress)?;
         let mut images: Vec<KeyImage> = Vec::new();
         let frames = chosen.choice.frames.iter().map(|&f| (f, None));
-        let partners =
-            chosen.partners.iter().enumerate().map(|(at, p)| (p.frame, Some(at + 1)));
+        let partners = chosen.partners.iter().enumerate().map(|(at, p)| (p.frame, Some(at + 1)));
         for (frame, partner_of) in frames.chain(partners) {
             let key = images.len() + 1;
             images.push(KeyImage { key, frame, time_s: frame as f64 / shot.fps(), partner_of });
@@ -235,11 +235,8 @@ fn key_request(shot: &Shot, projections: &Projections, step_frames: f64) -> KeyR
 }
 
 fn used_coefficients(shot: &Shot, projections: &Projections) -> crate::numeric::Coefficients {
-    let all = if shot.settings.analysis.band_pass {
-        &projections.band_passed
-    } else {
-        &projections.raw
-    };
+    let all =
+        if shot.settings.analysis.band_pass { &projections.band_passed } else { &projections.raw };
     all.leading(shot.settings.keys.components)
 }
 

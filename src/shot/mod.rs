@@ -118,6 +118,15 @@ impl Shot {
         Ok(Self { folder: folder.to_owned(), settings })
     }
 
+    /// A shot of which nothing is written: to look at a source before the folder is made.
+    ///
+    /// # Errors
+    /// When a setting is out of its range.
+    pub fn unsaved(folder: &Path, settings: ShotFile) -> Result<Self> {
+        settings.check(&folder.join(paths::SETTINGS))?;
+        Ok(Self { folder: folder.to_owned(), settings })
+    }
+
     /// Makes a shot folder with a fully commented `shot.toml`.
     ///
     /// # Errors
@@ -157,10 +166,11 @@ impl Shot {
         &self.folder
     }
 
-    /// A path inside the folder.
+    /// A path inside the folder, or relative to it. `..` is resolved by name, so that a source can
+    /// be found before the folder exists.
     #[must_use]
     pub fn path(&self, inside: &str) -> PathBuf {
-        self.folder.join(inside)
+        relative::joined(&self.folder, inside)
     }
 
     /// The folder's name.

@@ -18,6 +18,27 @@ pub fn relative_to(folder: &Path, from: &Path, path: &str) -> String {
     if parts.is_empty() { ".".to_owned() } else { parts.join("/") }
 }
 
+/// `inside` as seen from `folder`, with `..` resolved by name; an absolute path stays.
+pub(super) fn joined(folder: &Path, inside: &str) -> PathBuf {
+    let mut path = folder.to_owned();
+    for component in Path::new(inside).components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                // What ends in no name (nothing, or `..`) cannot be shortened.
+                let named = matches!(path.components().next_back(), Some(Component::Normal(_)));
+                if named {
+                    path.pop();
+                } else {
+                    path.push("..");
+                }
+            }
+            other => path.push(other.as_os_str()),
+        }
+    }
+    if path.as_os_str().is_empty() { PathBuf::from(".") } else { path }
+}
+
 /// Components with `.` dropped and `..` resolved by name; a root counts as a component.
 fn plain(path: &Path) -> Vec<String> {
     let mut parts = Vec::new();
@@ -43,6 +64,10 @@ mod tests {
         assert_eq!(relative_to(Path::new("shots/a"), from, "clips/a.mp4"), "../../clips/a.mp4");
         assert_eq!(relative_to(Path::new("a"), from, "a/masks"), "masks");
         assert_eq!(relative_to(Path::new("a"), from, "../x/%04d.png"), "../../x/%04d.png");
+        assert_eq!(joined(Path::new("shots/a"), "../../clips/a.mp4"), Path::new("clips/a.mp4"));
+        assert_eq!(joined(Path::new("a"), "../../x/%04d.png"), Path::new("../x/%04d.png"));
+        assert_eq!(joined(Path::new("a"), ".."), Path::new("."));
+        assert_eq!(joined(Path::new("/s/a"), "/x/y"), Path::new("/x/y"));
         assert_eq!(relative_to(Path::new("/work/b"), from, "/work/c.avi"), "../c.avi");
     }
 }

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::store::read;
-use super::{Shot, paths};
+use super::{Projections, Shot, paths};
 use crate::error::{Error, Result};
 
 /// `analysis/diagnosis.json`, which is also what `analyze --json` prints.
@@ -190,6 +190,15 @@ impl Shot {
     /// When it is missing or cannot be understood.
     pub fn diagnosis(&self) -> Result<StoredDiagnosis> {
         document(&self.path(paths::DIAGNOSIS))
+    }
+
+    /// The coefficients, as stored.
+    ///
+    /// # Errors
+    /// When they are missing or cannot be understood.
+    pub fn projections(&self) -> Result<Projections> {
+        let path = self.path(paths::PROJECTIONS);
+        Projections::from_csv(&path, &read(&path)?, self.fps())
     }
 
     /// The keys, as stored or edited; `frames` is the length of the clip.

@@ -30,6 +30,18 @@ pub enum StrideBasis {
     Unknown,
 }
 
+impl StrideBasis {
+    /// The word used in documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            StrideBasis::Given => "given",
+            StrideBasis::SubharmonicSeen => "subharmonic_seen",
+            StrideBasis::Unknown => "unknown",
+        }
+    }
+}
+
 /// A line at f0/2 must stand this far above the median power about it. Chi-squared noise of two
 /// degrees of freedom exceeds ten times its median once in a thousand.
 const LINE_OVER_MEDIAN: f64 = 10.0;

@@ -88,6 +88,12 @@ impl SyntheticFootage {
         &self.settings
     }
 
+    /// The gait that is filmed.
+    #[must_use]
+    pub fn gait(&self) -> Gait {
+        self.gait
+    }
+
     /// The rig that is filmed.
     #[must_use]
     pub fn model(&self) -> &Model {

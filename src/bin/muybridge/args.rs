@@ -11,35 +11,35 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 #[command(after_help = "A shot is a folder. To begin:\n  muybridge demo\n  \
     muybridge new cheetah --from cheetah.mp4 --foreground 420,152,128,65 --background 0,0,325,480\n  \
     muybridge run cheetah")]
-pub struct Cli {
+pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
-    pub command: Command,
+    pub(crate) command: Command,
     /// Flags every command takes.
     #[command(flatten)]
-    pub global: Global,
+    pub(crate) global: Global,
 }
 
 /// Flags every command takes.
 #[derive(Debug, Args)]
-pub struct Global {
+pub(crate) struct Global {
     /// Print one JSON document on standard output instead of text.
     #[arg(long, global = true)]
-    pub json: bool,
+    pub(crate) json: bool,
     /// Say only results and errors.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
-    pub quiet: bool,
+    pub(crate) quiet: bool,
     /// Say more; twice, say everything.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
-    pub verbose: u8,
+    pub(crate) verbose: u8,
     /// Threads to use; every number gives the same result. Default: one a core.
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
+    pub(crate) threads: Option<u16>,
 }
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// The whole way on a built-in synthetic horse; needs no file.
     Demo(Demo),
     /// Make a shot folder from footage, mattes or strokes.
@@ -69,77 +69,77 @@ pub enum Command {
 
 /// `demo`.
 #[derive(Debug, Args)]
-pub struct Demo {
+pub(crate) struct Demo {
     /// The folder to make.
     #[arg(long, value_name = "DIR", default_value = "muybridge-demo")]
-    pub out: PathBuf,
+    pub(crate) out: PathBuf,
     /// Replace the folder's hand-edited files too.
     #[arg(long)]
-    pub force: bool,
+    pub(crate) force: bool,
 }
 
 /// `new`.
 #[derive(Debug, Args)]
 #[command(group = clap::ArgGroup::new("input").required(true).multiple(true).args(["from", "mattes", "strokes"]))]
-pub struct New {
+pub(crate) struct New {
     /// The folder to make.
-    pub shot: PathBuf,
+    pub(crate) shot: PathBuf,
     /// A video file, a folder of images, a pattern (`dir/img_%04d.png`, `dir/*.png`), or `synthetic:gallop`.
     #[arg(long, value_name = "SOURCE")]
-    pub from: Option<String>,
+    pub(crate) from: Option<String>,
     /// A folder or pattern of ready mattes: alpha if there is one, else luminance over one half.
     #[arg(long, value_name = "DIR", conflicts_with = "strokes")]
-    pub mattes: Option<String>,
+    pub(crate) mattes: Option<String>,
     /// The mattes are black where the animal is.
     #[arg(long, requires = "mattes")]
-    pub invert: bool,
+    pub(crate) invert: bool,
     /// A folder of sketched strokes, white on black or on transparency.
     #[arg(long, value_name = "DIR")]
-    pub strokes: Option<String>,
+    pub(crate) strokes: Option<String>,
     /// Frames a second; a video brings its own, image sequences default to 25.
     #[arg(long, value_name = "HZ")]
-    pub fps: Option<f64>,
+    pub(crate) fps: Option<f64>,
     /// Only the frames from A to B, counted from 0, both included.
     #[arg(long, value_name = "A-B")]
-    pub frames: Option<String>,
+    pub(crate) frames: Option<String>,
     /// A rectangle inside the animal on the first frame: left, top, width, height in pixels.
     #[arg(long, value_name = "X,Y,W,H")]
-    pub foreground: Option<String>,
+    pub(crate) foreground: Option<String>,
     /// A rectangle clear of the animal on the first frame.
     #[arg(long, value_name = "X,Y,W,H")]
-    pub background: Option<String>,
+    pub(crate) background: Option<String>,
     /// Replace the shot.toml that is there.
     #[arg(long)]
-    pub force: bool,
+    pub(crate) force: bool,
 }
 
 /// What every stage takes.
 #[derive(Debug, Args)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// The shot folder.
-    pub shot: PathBuf,
+    pub(crate) shot: PathBuf,
     /// Do it again, and overwrite files that were edited by hand.
     #[arg(long)]
-    pub force: bool,
+    pub(crate) force: bool,
 }
 
 /// `analyze`.
 #[derive(Debug, Args)]
-pub struct Analyze {
+pub(crate) struct Analyze {
     /// The shot and how to treat it.
     #[command(flatten)]
-    pub stage: Stage,
+    pub(crate) stage: Stage,
     /// Whether left and right do the same half a stride apart (walk, trot, pace) or not (canter, gallop).
     #[arg(long, value_enum)]
-    pub gait: Option<GaitSymmetry>,
+    pub(crate) gait: Option<GaitSymmetry>,
     /// Exit with 3 when the clip is unusable.
     #[arg(long)]
-    pub strict: bool,
+    pub(crate) strict: bool,
 }
 
 /// What is known of the gait's symmetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum GaitSymmetry {
+pub(crate) enum GaitSymmetry {
     /// To be told from the footage, if it can be.
     Unknown,
     /// Walk, trot, pace, amble: the silhouette repeats every half stride.
@@ -150,71 +150,71 @@ pub enum GaitSymmetry {
 
 /// `keys`.
 #[derive(Debug, Args)]
-pub struct Keys {
+pub(crate) struct Keys {
     /// The shot and how to treat it.
     #[command(flatten)]
-    pub stage: Stage,
+    pub(crate) stage: Stage,
     /// How many key images. Default 4.
     #[arg(short = 'm', long, value_name = "N")]
-    pub count: Option<usize>,
+    pub(crate) count: Option<usize>,
     /// Components to measure distances with. Default 2.
     #[arg(short, long, value_name = "C")]
-    pub components: Option<usize>,
+    pub(crate) components: Option<usize>,
     /// Propose a partner for each key: the same silhouette in the other half of the stride.
     #[arg(long, overrides_with = "no_partners")]
-    pub partners: bool,
+    pub(crate) partners: bool,
     /// No partners.
     #[arg(long)]
-    pub no_partners: bool,
+    pub(crate) no_partners: bool,
     /// Use frame F as the partner of key K instead of the one proposed. May be repeated.
     #[arg(long, value_name = "K=F")]
-    pub partner: Vec<String>,
+    pub(crate) partner: Vec<String>,
     /// Frames that must not be keys: `3,7,20-25`.
     #[arg(long, value_name = "FRAMES")]
-    pub exclude: Option<String>,
+    pub(crate) exclude: Option<String>,
     /// Frames that must be keys.
     #[arg(long, value_name = "FRAMES")]
-    pub include: Option<String>,
+    pub(crate) include: Option<String>,
     /// Keys are at least this many frames apart.
     #[arg(long, value_name = "FRAMES")]
-    pub spacing: Option<usize>,
+    pub(crate) spacing: Option<usize>,
     /// Stop looking for a proof after so many seconds.
     #[arg(long, value_name = "S")]
-    pub time_limit: Option<f64>,
+    pub(crate) time_limit: Option<f64>,
 }
 
 /// `animate`.
 #[derive(Debug, Args)]
-pub struct Animate {
+pub(crate) struct Animate {
     /// The shot and how to treat it.
     #[command(flatten)]
-    pub stage: Stage,
+    pub(crate) stage: Stage,
     /// The rig with the key poses, glTF or GLB.
     #[arg(long, value_name = "FILE")]
-    pub rig: Option<String>,
+    pub(crate) rig: Option<String>,
     /// The pose of a key: `1=KeyPoses#3` frame 3 of a clip, `2=Walk@0.25` a clip at 0.25 s. May be repeated.
     #[arg(long, value_name = "KEY=CLIP#FRAME|KEY=CLIP@SECONDS")]
-    pub pose: Vec<String>,
+    pub(crate) pose: Vec<String>,
     /// Where to write the animated rig. Default: `animation.glb` (or .gltf) in the shot.
     #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
+    pub(crate) out: Option<PathBuf>,
     /// `rbf`, or `switching` between the halves of the stride (needs partners). Default: what the keys ask for.
     #[arg(long, value_enum)]
-    pub method: Option<Method>,
+    pub(crate) method: Option<Method>,
     /// Frames a second of the animation's time axis: frame i is at i/fps. Default: the shot's.
     #[arg(long, value_name = "HZ")]
-    pub fps: Option<f64>,
+    pub(crate) fps: Option<f64>,
     /// Keep every weight within 0 and 1.
     #[arg(long)]
-    pub clamp: bool,
+    pub(crate) clamp: bool,
     /// Make the weights of every frame sum to one.
     #[arg(long)]
-    pub normalize: bool,
+    pub(crate) normalize: bool,
 }
 
 /// How poses are interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Method {
+pub(crate) enum Method {
     /// `switching` where the keys have partners, else `rbf`.
     Auto,
     /// One Gaussian radial basis over all key images.
@@ -225,98 +225,98 @@ pub enum Method {
 
 /// `run`.
 #[derive(Debug, Args)]
-pub struct Run {
+pub(crate) struct Run {
     /// The shot and how to treat it.
     #[command(flatten)]
-    pub stage: Stage,
+    pub(crate) stage: Stage,
     /// Exit with 3 when the clip is unusable.
     #[arg(long)]
-    pub strict: bool,
+    pub(crate) strict: bool,
 }
 
 /// Which model, clip and view to render.
 #[derive(Debug, Args)]
-pub struct View {
+pub(crate) struct View {
     /// A rigged glTF or GLB file; default the built-in horse.
     #[arg(long, value_name = "FILE")]
-    pub model: Option<PathBuf>,
+    pub(crate) model: Option<PathBuf>,
     /// The clip; for the built-in horse walk, trot, canter or gallop.
     #[arg(long, value_name = "NAME")]
-    pub clip: Option<String>,
+    pub(crate) clip: Option<String>,
     /// Number of frames.
     #[arg(long, value_name = "N", default_value_t = 100)]
-    pub frames: usize,
+    pub(crate) frames: usize,
     /// Frames a cycle of the clip.
     #[arg(long, value_name = "F", default_value_t = 24.3)]
-    pub frames_per_cycle: f64,
+    pub(crate) frames_per_cycle: f64,
     /// Camera yaw in degrees; 0 is the pure side view.
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub yaw: f64,
+    pub(crate) yaw: f64,
     /// Share of edge pixels flipped, 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = 0.15)]
-    pub noise: f64,
+    pub(crate) noise: f64,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 42)]
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Picture size.
     #[arg(long, value_name = "WxH", default_value = "320x240")]
-    pub size: String,
+    pub(crate) size: String,
 }
 
 /// `validate`.
 #[derive(Debug, Args)]
-pub struct Validate {
+pub(crate) struct Validate {
     /// What to render.
     #[command(flatten)]
-    pub view: View,
+    pub(crate) view: View,
     /// Numbers of key poses, rows of the error table: `4` or `2-5` or `4,8`.
     #[arg(long, value_name = "N[,N…]", default_value = "2-5")]
-    pub keys: String,
+    pub(crate) keys: String,
     /// Numbers of components, columns of the error table.
     #[arg(long, value_name = "N[,N…]", default_value = "1-5")]
-    pub components: String,
+    pub(crate) components: String,
     /// Pose the ambiguous partners too: every key of a row is one silhouette with two poses.
     #[arg(long)]
-    pub partners: bool,
+    pub(crate) partners: bool,
     /// `rbf`, `switching`, or `auto`: switching with partners, else rbf.
     #[arg(long, value_enum, default_value_t = Method::Auto)]
-    pub method: Method,
+    pub(crate) method: Method,
     /// Use the raw scores instead of the band-passed ones.
     #[arg(long)]
-    pub raw: bool,
+    pub(crate) raw: bool,
     /// Write the tables as CSV and the error curves as SVG into this folder.
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// `render`.
 #[derive(Debug, Args)]
-pub struct Render {
+pub(crate) struct Render {
     /// What to render.
     #[command(flatten)]
-    pub view: View,
+    pub(crate) view: View,
     /// The folder for the pictures.
     #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    pub(crate) out: PathBuf,
     /// Shaded colour pictures over a moving background instead of silhouettes (built-in horse only).
     #[arg(long)]
-    pub color: bool,
+    pub(crate) color: bool,
 }
 
 /// `samples`.
 #[derive(Debug, Args)]
-pub struct Samples {
+pub(crate) struct Samples {
     /// Where `sequences/` and `poses/` are written.
     #[arg(long, value_name = "DIR", default_value = ".")]
-    pub out: PathBuf,
+    pub(crate) out: PathBuf,
 }
 
 /// `completions`.
 #[derive(Debug, Args)]
-pub struct Completions {
+pub(crate) struct Completions {
     /// The shell.
     #[arg(value_enum)]
-    pub shell: clap_complete::Shell,
+    pub(crate) shell: clap_complete::Shell,
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What goes to the terminal beside results: progress bars, notes, errors. Results go to standard
 //! output, all of this to standard error.
 
+use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -13,7 +14,7 @@ use muybridge::shot::Stage;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// From now on Ctrl-C ends the work in an orderly way; a second one ends it at once.
-pub fn catch_interrupts() {
+pub(crate) fn catch_interrupts() {
     let handler = || {
         if INTERRUPTED.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
@@ -26,12 +27,12 @@ pub fn catch_interrupts() {
 }
 
 /// Whether Ctrl-C was pressed.
-pub fn interrupted() -> bool {
+pub(crate) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }
 
 /// A progress bar a stage, on a terminal only.
-pub struct Bars {
+pub(crate) struct Bars {
     shown: bool,
     current: Mutex<Option<(Stage, ProgressBar)>>,
 }
@@ -39,12 +40,12 @@ pub struct Bars {
 impl Bars {
     /// Bars that are drawn when `quiet` is false and standard error is a terminal (indicatif
     /// itself stays silent otherwise).
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         Self { shown: !quiet, current: Mutex::new(None) }
     }
 
     /// Removes the bar from the screen.
-    pub fn finish(&self) {
+    pub(crate) fn finish(&self) {
         if let Ok(mut current) = self.current.lock()
             && let Some((_, bar)) = current.take()
         {
@@ -90,4 +91,29 @@ impl Progress for Bars {
         }
         !interrupted()
     }
+}
+
+/// Writes a line to standard error; a closed one is no reason to fail.
+pub(crate) fn say(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
+/// Log lines on standard error: warnings, with `-v` what is done, with `-vv` everything.
+pub(crate) fn start_log(verbose: u8, quiet: bool) {
+    let level = match (quiet, verbose) {
+        (true, _) => tracing::Level::ERROR,
+        (false, 0) => tracing::Level::WARN,
+        (false, 1) => tracing::Level::INFO,
+        (false, 2) => tracing::Level::DEBUG,
+        _ => tracing::Level::TRACE,
+    };
+    let colour = std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+        && std::io::stderr().is_terminal();
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_ansi(colour)
+        .with_target(false)
+        .without_time()
+        .init();
 }

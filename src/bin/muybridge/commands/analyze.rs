@@ -1,0 +1,77 @@
+//! `muybridge analyze`.
+
+use muybridge::pipeline;
+use muybridge::shot::StoredDiagnosis;
+use muybridge::spectrum::Gait;
+
+use super::{open, options};
+use crate::Ending;
+use crate::args::{Analyze, GaitSymmetry};
+use crate::output::Output;
+use crate::terminal::Bars;
+
+pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
+    let (mut shot, _lock) = open(&args.stage)?;
+    if let Some(gait) = args.gait {
+        shot.settings.analysis.gait = match gait {
+            GaitSymmetry::Unknown => Gait::Unknown,
+            GaitSymmetry::Symmetric => Gait::Symmetric,
+            GaitSymmetry::Asymmetric => Gait::Asymmetric,
+        };
+        shot.save_settings()?;
+    }
+    let result = pipeline::analyze(&shot, options(bars, args.stage.force))?;
+    bars.finish();
+    output.kept(&result.outcome.kept);
+    output.result(&result.diagnosis, &text(&result.diagnosis))?;
+    Ok(ending(&result.diagnosis, args.strict))
+}
+
+/// An unusable clip is an answer; under `--strict` it has an exit code of its own.
+pub(crate) fn ending(diagnosis: &StoredDiagnosis, strict: bool) -> Ending {
+    if strict && diagnosis.verdict == "unusable" { Ending::Unusable } else { Ending::Done }
+}
+
+pub(crate) fn text(d: &StoredDiagnosis) -> String {
+    let mut text = format!("verdict: {}\n", d.verdict);
+    for reason in &d.reasons {
+        text.push_str(&format!("  - {reason}\n"));
+    }
+    if !d.advice.is_empty() {
+        text.push_str("what to try:\n");
+        for advice in &d.advice {
+            text.push_str(&format!("  - {advice}\n"));
+        }
+    }
+    text.push_str(&format!(
+        "silhouette repeats: {:.3} Hz, every {:.2} frames, {:.1} times in {} frames\n",
+        d.step_hz, d.step_frames, d.cycles, d.frames
+    ));
+    text.push_str(&match (d.stride_hz, d.stride_frames) {
+        (Some(hz), Some(frames)) => {
+            let how = if d.stride_basis == "given" { "as the gait was named" } else { "seen in the spectrum" };
+            format!("stride: {hz:.3} Hz, {frames:.2} frames ({how})\n")
+        }
+        _ => format!(
+            "stride: {:.3} Hz if left and right do the same half a stride apart (walk, trot), {:.3} Hz if not (canter, gallop); --gait says which\n",
+            d.stride_candidates_hz[0], d.stride_candidates_hz[1]
+        ),
+    });
+    text.push_str("component  variance  r      peak\n");
+    for (c, line) in d.components.iter().enumerate() {
+        text.push_str(&format!(
+            "PC{:<8} {:>6.1} %  {:<5.2}  {:.3} Hz\n",
+            c + 1,
+            100.0 * line.variance_share,
+            line.r,
+            line.peak_hz
+        ));
+    }
+    if let Some(trend) = d.scale_trend.filter(|t| t.removed) {
+        text.push_str(&format!(
+            "a slow change of size by a factor of {:.2} was removed\n",
+            trend.change
+        ));
+    }
+    text
+}

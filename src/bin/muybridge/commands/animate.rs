@@ -1,0 +1,94 @@
+//! `muybridge animate`.
+
+use std::path::Path;
+
+use anyhow::Context;
+use muybridge::pipeline::{self, AnimationResult};
+use muybridge::rig::{Moment, PoseSpec};
+use muybridge::shot::{self, PoseOfKey, Shot, StoredAnimation, relative_to, write_atomically};
+
+use super::{open, options, shown};
+use crate::Ending;
+use crate::args::{Animate, Method};
+use crate::output::Output;
+use crate::terminal::Bars;
+
+pub(crate) fn execute(args: &Animate, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
+    let (mut shot, _lock) = open(&args.stage)?;
+    take_flags(args, &mut shot)?;
+    shot.save_settings()?;
+    let result = pipeline::animate(&shot, options(bars, args.stage.force))?;
+    bars.finish();
+    output.kept(&result.outcome.kept);
+    let mut told = result.animation.clone();
+    told.path = match &args.out {
+        Some(out) => copy_out(&shot, &result, out, output)?,
+        None => shown(&shot.path(&told.path)),
+    };
+    output.result(&told, &text(&told))?;
+    Ok(Ending::Done)
+}
+
+fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
+    let here = std::env::current_dir().context("the working folder is gone")?;
+    if let Some(rig) = &args.rig {
+        shot.settings.poses.rig = Some(relative_to(shot.folder(), &here, rig));
+    }
+    for pose in &args.pose {
+        let spec: PoseSpec = pose.parse()?;
+        let (frame, time) = match spec.at {
+            Moment::Frame(frame) => (Some(frame), None),
+            Moment::Time(time) => (None, Some(time)),
+        };
+        let named = &mut shot.settings.pose_of_key;
+        named.retain(|p| p.key != spec.key);
+        named.push(PoseOfKey { key: spec.key, clip: spec.clip, frame, time });
+        named.sort_by_key(|p| p.key);
+    }
+    let animation = &mut shot.settings.animation;
+    if let Some(method) = args.method {
+        animation.method = match method {
+            Method::Auto => shot::Method::Auto,
+            Method::Rbf => shot::Method::Rbf,
+            Method::Switching => shot::Method::Switching,
+        };
+    }
+    if let Some(fps) = args.fps {
+        animation.fps = fps;
+    }
+    animation.clamp |= args.clamp;
+    animation.normalize |= args.normalize;
+    Ok(())
+}
+
+/// Copies the animated rig to where `--out` wants it; the path as it is shown.
+fn copy_out(
+    shot: &Shot,
+    result: &AnimationResult,
+    out: &Path,
+    output: &Output,
+) -> anyhow::Result<String> {
+    write_atomically(out, &shot::read(&shot.path(&result.animation.path))?)?;
+    if !result.referenced_files.is_empty() {
+        output.note("the rig refers to files beside it; copy them beside the animated file too");
+    }
+    Ok(shown(out))
+}
+
+pub(crate) fn text(a: &StoredAnimation) -> String {
+    format!(
+        "{}\nanimation «{}»: {} frames at {} frames a second, by {}\n\
+         weights {:.3} to {:.3}, their sums {:.3} to {:.3}\n\
+         largest turn of a joint between frames: {:.1} degrees\n",
+        a.path,
+        a.animation,
+        a.frames,
+        a.fps,
+        a.method,
+        a.weight_range[0],
+        a.weight_range[1],
+        a.sum_range[0],
+        a.sum_range[1],
+        a.largest_step_deg
+    )
+}

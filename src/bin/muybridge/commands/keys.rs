@@ -1,0 +1,73 @@
+//! `muybridge keys`.
+
+use muybridge::pipeline;
+use muybridge::report;
+use muybridge::shot::{Shot, StoredKeys, paths};
+
+use super::{open, options, shown};
+use crate::Ending;
+use crate::args::Keys;
+use crate::output::Output;
+use crate::terminal::Bars;
+use crate::usage;
+
+pub(crate) fn execute(args: &Keys, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
+    let (mut shot, _lock) = open(&args.stage)?;
+    take_flags(args, &mut shot)?;
+    shot.save_settings()?;
+    let options = options(bars, args.stage.force);
+    let result = pipeline::keys(&shot, options)?;
+    pipeline::weights(&shot, options.for_earlier_stage())?;
+    report::draw_sheets(&shot, args.stage.force)?;
+    bars.finish();
+    output.kept(&result.outcome.kept);
+    output.result(&result.keys, &text(&result.keys, &shot))?;
+    Ok(Ending::Done)
+}
+
+fn take_flags(args: &Keys, shot: &mut Shot) -> anyhow::Result<()> {
+    let keys = &mut shot.settings.keys;
+    if let Some(count) = args.count {
+        keys.count = count;
+    }
+    if let Some(components) = args.components {
+        keys.components = components;
+    }
+    if args.partners || args.no_partners {
+        keys.partners = args.partners;
+    }
+    if !args.partner.is_empty() {
+        keys.partners = true;
+        keys.partner_of =
+            args.partner.iter().map(|p| usage::pair("--partner", p)).collect::<Result<_, _>>()?;
+    }
+    if let Some(exclude) = &args.exclude {
+        keys.exclude = usage::list("--exclude", exclude)?;
+    }
+    if let Some(include) = &args.include {
+        keys.include = usage::list("--include", include)?;
+    }
+    if let Some(spacing) = args.spacing {
+        keys.spacing = spacing;
+    }
+    if let Some(limit) = args.time_limit {
+        keys.time_limit_s = limit;
+    }
+    Ok(())
+}
+
+pub(crate) fn text(keys: &StoredKeys, shot: &Shot) -> String {
+    let mut text = String::from("key  frame  time\n");
+    for key in &keys.keys {
+        let partner = key.partner_of.map(|of| format!("  partner of {of}")).unwrap_or_default();
+        text.push_str(&format!("{:<4} {:<6} {:.3} s{partner}\n", key.key, key.frame, key.time_s));
+    }
+    let proof = if keys.proven_optimal {
+        "no other set is better".to_owned()
+    } else {
+        format!("not proven; no set is below {:.4}", keys.lower_bound)
+    };
+    text.push_str(&format!("condition number {:.4} ({proof})\n", keys.condition));
+    text.push_str(&format!("pose these: {}\n", shown(&shot.path(paths::CONTACT_SHEET))));
+    text
+}
