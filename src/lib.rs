@@ -34,4 +34,6 @@ pub mod shot;
 pub mod pipeline;
 pub mod report;
 
+pub mod validate;
+
 pub use error::{Error, Result};

@@ -6,8 +6,7 @@
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 use super::measure::{AngleError, geodesic_error};
-use crate::interpolate::mean_rotation;
-use crate::rig::{NodePose, Pose};
+use crate::rig::{NodePose, Pose, mean_rotation};
 
 /// Offsets of the first pose that are averaged.
 const OFFSETS: usize = 8;
@@ -89,7 +88,8 @@ fn periodic_cubic_weights(knots: &[f64], phase: f64) -> Vec<f64> {
     if n < 2 {
         return vec![1.0; n];
     }
-    let gap = |i: usize| (knots[(i + 1) % n] - knots[i] + f64::from(u8::from(i + 1 == n))).max(1e-12);
+    let gap =
+        |i: usize| (knots[(i + 1) % n] - knots[i] + f64::from(u8::from(i + 1 == n))).max(1e-12);
     let mut left = DMatrix::<f64>::zeros(n, n);
     let mut right = DMatrix::<f64>::zeros(n, n);
     for i in 0..n {

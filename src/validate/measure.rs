@@ -41,7 +41,8 @@ pub fn geodesic_error(truth: &[Pose], predicted: &[Pose], joints: &[usize]) -> A
     assert_eq!(truth.len(), predicted.len(), "one predicted pose a true pose");
     let mut angles = Vec::with_capacity(truth.len() * joints.len());
     for (a, b) in truth.iter().zip(predicted) {
-        angles.extend(joints.iter().map(|&j| angle_rad(&a.nodes[j].rotation, &b.nodes[j].rotation)));
+        angles
+            .extend(joints.iter().map(|&j| angle_rad(&a.nodes[j].rotation, &b.nodes[j].rotation)));
     }
     AngleError::of_angles_rad(&angles)
 }
@@ -78,8 +79,7 @@ mod tests {
     use crate::rig::NodePose;
 
     fn pose(angle_deg: f64) -> Pose {
-        let rotation =
-            UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle_deg.to_radians());
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle_deg.to_radians());
         Pose { nodes: vec![NodePose { rotation, ..NodePose::IDENTITY }] }
     }
 

@@ -1,8 +1,67 @@
 //! `muybridge validate`.
+
+use muybridge::pipeline::Progress;
+use muybridge::report;
+use muybridge::shot::{self, Stage, write_atomically};
+use muybridge::synthetic::Gait;
+use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+
 use crate::Ending;
-use crate::args::Validate;
+use crate::args::{Method, Validate, View};
 use crate::output::Output;
 use crate::terminal::Bars;
-pub(crate) fn execute(_args: &Validate, _output: &Output, _bars: &Bars) -> anyhow::Result<Ending> {
-    anyhow::bail!("to come")
+use crate::usage;
+
+pub(crate) fn execute(args: &Validate, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
+    let settings = Settings {
+        subject: subject(&args.view)?,
+        shooting: shooting(&args.view)?,
+        keys: usage::list("--keys", &args.keys)?,
+        components: usage::list("--components", &args.components)?,
+        partners: args.partners,
+        method: match args.method {
+            Method::Auto => shot::Method::Auto,
+            Method::Rbf => shot::Method::Rbf,
+            Method::Switching => shot::Method::Switching,
+        },
+        band_pass: !args.raw,
+        time_limit_s: 30.0,
+    };
+    let progress = |done: usize, total: usize| bars.step(Stage::Keys, done, Some(total));
+    let found = validate(&settings, &progress)?;
+    bars.finish();
+    if let Some(folder) = &args.out {
+        write_atomically(&folder.join("errors.csv"), found.errors_csv().as_bytes())?;
+        write_atomically(&folder.join("components.csv"), found.components_csv().as_bytes())?;
+        write_atomically(&folder.join("errors.svg"), plot(&found)?.as_bytes())?;
+    }
+    output.result(&found, &found.to_text())?;
+    Ok(Ending::Done)
+}
+
+fn plot(found: &Validation) -> anyhow::Result<String> {
+    let curves = found.rows.iter().map(|r| (r.keys, Validation::curve(r))).collect();
+    Ok(report::error_plot(&found.subject, curves, found.mean_pose.mean_deg)?)
+}
+
+/// The rig and clip, or the built-in horse in the gait that `--clip` names.
+pub(crate) fn subject(view: &View) -> anyhow::Result<Subject> {
+    match (&view.model, &view.clip) {
+        (Some(file), Some(clip)) => Ok(Subject::Rig { file: file.clone(), clip: clip.clone() }),
+        (Some(_), None) => Err(usage::wrong("--clip", "", "the name of a clip of --model").into()),
+        (None, Some(gait)) => Ok(Subject::Horse(gait.parse()?)),
+        (None, None) => Ok(Subject::Horse(Gait::Gallop)),
+    }
+}
+
+/// The flags of the camera.
+pub(crate) fn shooting(view: &View) -> anyhow::Result<Shooting> {
+    Ok(Shooting {
+        frames: view.frames,
+        frames_per_cycle: view.frames_per_cycle,
+        yaw_rad: view.yaw.to_radians(),
+        noise: view.noise,
+        seed: view.seed,
+        size_px: usage::size("--size", &view.size)?,
+    })
 }

@@ -1,0 +1,264 @@
+//! Renders a clip whose motion is known, runs the method on the masks alone, and compares (seed,
+//! section 4, figure 6).
+
+mod floor;
+mod measure;
+mod subject;
+mod tables;
+
+use serde::Serialize;
+
+pub use floor::floor_error;
+pub use measure::{AngleError, geodesic_error, in_plane_error, rotating_joints};
+pub use subject::{Shooting, Subject, Truth, in_plane_angles};
+
+use crate::error::{Error, Result};
+use crate::interpolate::blend;
+use crate::keys::KeySettings;
+use crate::numeric::Coefficients;
+use crate::pipeline::{KeyRequest, analyse_masks, choose, interpolation_weights};
+use crate::rig::{NodePose, Pose, mean_rotation};
+use crate::shot::{Animation, Method};
+use crate::silhouette::TrendRemoval;
+use crate::spectrum;
+
+/// The frame rate names the frames' times; nothing depends on it.
+const FPS: f64 = 25.0;
+
+/// What is validated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// What is rendered.
+    pub subject: Subject,
+    /// How.
+    pub shooting: Shooting,
+    /// Numbers of key images: rows of the error table.
+    pub keys: Vec<usize>,
+    /// Numbers of components: columns.
+    pub components: Vec<usize>,
+    /// Whether every key gets a partner, so that a row of m keys has 2m poses.
+    pub partners: bool,
+    /// Interpolation method; `Auto` switches with partners.
+    pub method: Method,
+    /// Band-passed scores, or raw ones.
+    pub band_pass: bool,
+    /// Seconds the proof of a key set may take.
+    pub time_limit_s: f64,
+}
+
+/// One cell of the error table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Number of components.
+    pub components: usize,
+    /// Geodesic error over frames and animated joints.
+    pub error: AngleError,
+    /// The seed's measure, for the built-in horse.
+    pub in_plane: Option<AngleError>,
+    /// With partners: the error of as many poses on key images of their own, without switching.
+    pub without_switching: Option<AngleError>,
+    /// The frames that were posed, partners after keys.
+    pub posed_frames: Vec<usize>,
+    /// Condition number of H.
+    pub condition: f64,
+    /// Whether no better set of keys exists.
+    pub proven_optimal: bool,
+}
+
+/// One row of the error table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Number of key images.
+    pub keys: usize,
+    /// Number of poses: the same, or twice as many with partners.
+    pub poses: usize,
+    /// What as many poses would give if the phase were known.
+    pub floor: Option<AngleError>,
+    /// One cell a number of components.
+    pub cells: Vec<Cell>,
+}
+
+/// The seed's tables for one subject.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Validation {
+    /// What was rendered.
+    pub subject: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a cycle of the clip.
+    pub frames_per_cycle: f64,
+    /// Camera yaw, degrees.
+    pub yaw_deg: f64,
+    /// Share of edge pixels flipped.
+    pub noise: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// "rbf" or "switching".
+    pub method: &'static str,
+    /// Share of variance of each component.
+    pub variance_shares: Vec<f64>,
+    /// r of each component.
+    pub r: Vec<f64>,
+    /// The verdict the user would have seen.
+    pub verdict: String,
+    /// Its reasons.
+    pub reasons: Vec<String>,
+    /// Frames from one repeat of the silhouette to the next, as measured.
+    pub step_frames: f64,
+    /// Number of joints compared.
+    pub joints: usize,
+    /// Error of the mean pose.
+    pub mean_pose: AngleError,
+    /// The same by the seed's measure, for the built-in horse.
+    pub mean_pose_in_plane: Option<AngleError>,
+    /// The error table.
+    pub rows: Vec<Row>,
+}
+
+/// Renders, analyses, and fills the table. `progress(done, total)` counts cells.
+///
+/// # Errors
+/// When the rig cannot be read, the settings are out of range, or a stage of the method fails.
+pub fn validate(
+    settings: &Settings,
+    progress: &(dyn Fn(usize, usize) -> bool + Sync),
+) -> Result<Validation> {
+    check(settings)?;
+    let truth = Truth::of(&settings.subject, &settings.shooting)?;
+    let masks = truth.masks(&settings.shooting);
+    let most = settings.components.iter().copied().max().unwrap_or(1).max(5);
+    let analysis =
+        analyse_masks(&masks, FPS, most, TrendRemoval::Auto, &spectrum::Settings::default())?;
+    let joints = rotating_joints(&truth.driven);
+    let step_frames = analysis.spectral.rhythm.step_frames;
+    let coefficients = analysis.coefficients(settings.band_pass);
+    let mut rows = Vec::new();
+    let total = settings.keys.len() * settings.components.len();
+    for &keys in &settings.keys {
+        let poses = if settings.partners { 2 * keys } else { keys };
+        let mut cells = Vec::new();
+        for &components in &settings.components {
+            if !progress(rows.len() * settings.components.len() + cells.len(), total) {
+                return Err(Error::Interrupted);
+            }
+            let leading = coefficients.leading(components);
+            cells.push(cell(settings, &truth, &leading, &joints, keys, step_frames)?);
+        }
+        let floor = floor_error(&truth.poses, &truth.phases_cycles, &joints, poses);
+        rows.push(Row { keys, poses, floor, cells });
+    }
+    let mean = mean_motion(&truth);
+    let diagnosis = &analysis.spectral.diagnosis;
+    Ok(Validation {
+        subject: match &settings.subject {
+            Subject::Horse(gait) => format!("built-in horse, {gait}"),
+            Subject::Rig { file, clip } => format!("{}, {clip}", file.display()),
+        },
+        frames: settings.shooting.frames,
+        frames_per_cycle: settings.shooting.frames_per_cycle,
+        yaw_deg: settings.shooting.yaw_rad.to_degrees(),
+        noise: settings.shooting.noise,
+        seed: settings.shooting.seed,
+        method: if switches(settings) { "switching" } else { "rbf" },
+        variance_shares: analysis.pca.variance_shares(),
+        r: analysis.spectral.components.iter().map(|c| c.r).collect(),
+        verdict: diagnosis.verdict.to_string(),
+        reasons: diagnosis.reasons.iter().map(ToString::to_string).collect(),
+        step_frames,
+        joints: joints.len(),
+        mean_pose: geodesic_error(&truth.poses, &mean, &joints),
+        mean_pose_in_plane: truth
+            .in_plane_rad
+            .as_ref()
+            .map(|angles| in_plane_error(angles, &in_plane_angles(&mean))),
+        rows,
+    })
+}
+
+fn switches(settings: &Settings) -> bool {
+    settings.partners && settings.method != Method::Rbf
+}
+
+fn check(settings: &Settings) -> Result<()> {
+    let within = |name: &str, ok: bool, rule: &str| {
+        if ok { Ok(()) } else { Err(Error::setting(name, rule)) }
+    };
+    let shooting = &settings.shooting;
+    within("--frames", (4..=100_000).contains(&shooting.frames), "is 4 to 100000")?;
+    let cycle = shooting.frames_per_cycle;
+    within("--frames-per-cycle", cycle.is_finite() && cycle >= 2.0, "is 2 or more")?;
+    within("--noise", (0.0..=1.0).contains(&shooting.noise), "is 0 to 1")?;
+    within("--yaw", shooting.yaw_rad.is_finite(), "is an angle in degrees")?;
+    let counts = |list: &[usize], most: usize| {
+        !list.is_empty() && list.iter().all(|n| (1..=most).contains(n))
+    };
+    within("--keys", counts(&settings.keys, 16), "is 1 to 16")?;
+    within("--components", counts(&settings.components, 16), "is 1 to 16")
+}
+
+/// One run of the method: it sees coefficients made from masks, and the poses of the frames it
+/// chose.
+fn cell(
+    settings: &Settings,
+    truth: &Truth,
+    coefficients: &Coefficients,
+    joints: &[usize],
+    keys: usize,
+    step_frames: f64,
+) -> Result<Cell> {
+    let run = |count: usize, partners: bool, method: Method| {
+        let request = KeyRequest {
+            keys: KeySettings {
+                keys: count,
+                time_limit_s: settings.time_limit_s,
+                ..KeySettings::default()
+            },
+            partners,
+            partner_of: Vec::new(),
+            step_frames,
+        };
+        let chosen = choose(coefficients, &request, &|_, _| true)?;
+        let animation = Animation { method, ..Animation::default() };
+        let weights = interpolation_weights(
+            coefficients,
+            &chosen.choice.frames,
+            &chosen.partner_frames(),
+            step_frames,
+            &animation,
+        )?;
+        let mut posed = chosen.choice.frames.clone();
+        posed.extend(chosen.partner_frames());
+        let poses = truth.key_poses(&posed[..weights.poses()]);
+        let clip = blend("predicted", FPS, &truth.model.skeleton, &poses, weights.values())?;
+        Ok::<_, Error>((chosen, posed, clip.poses))
+    };
+    let (chosen, posed_frames, predicted) = run(keys, settings.partners, settings.method)?;
+    let without_switching = if switches(settings) {
+        let (_, _, plain) = run(2 * keys, false, Method::Rbf)?;
+        Some(geodesic_error(&truth.poses, &plain, joints))
+    } else {
+        None
+    };
+    Ok(Cell {
+        components: coefficients.components(),
+        error: geodesic_error(&truth.poses, &predicted, joints),
+        in_plane: truth
+            .in_plane_rad
+            .as_ref()
+            .map(|angles| in_plane_error(angles, &in_plane_angles(&predicted))),
+        without_switching,
+        posed_frames,
+        condition: chosen.choice.condition,
+        proven_optimal: chosen.choice.proven_optimal,
+    })
+}
+
+/// Every frame in the mean pose of the clip.
+fn mean_motion(truth: &Truth) -> Vec<Pose> {
+    let mut mean = truth.model.skeleton.rest_pose();
+    for (node, pose) in mean.nodes.iter_mut().enumerate() {
+        let rotations: Vec<_> = truth.poses.iter().map(|p| p.nodes[node].rotation).collect();
+        *pose = NodePose { rotation: mean_rotation(&rotations), ..*pose };
+    }
+    vec![mean; truth.poses.len()]
+}
