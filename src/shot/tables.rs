@@ -17,7 +17,7 @@ pub struct Projections {
     pub used: Vec<bool>,
     /// Unit-deviation scores, frames × components.
     pub raw: Coefficients,
-    /// The same after the band-pass, again of unit deviation.
+    /// The same after the band-pass.
     pub band_passed: Coefficients,
 }
 

@@ -12,7 +12,7 @@ pub use peak::{Peak, Spectrum};
 pub use stride::{Gait, Rhythm, StrideBasis};
 
 use crate::error::{Error, Result};
-use crate::numeric::{Coefficients, band_pass, correlation, standardized};
+use crate::numeric::{Coefficients, band_pass, correlation};
 
 /// Fewest frames a spectrum is made of: with less there is no frequency between the mean and
 /// the Nyquist frequency.
@@ -55,8 +55,11 @@ pub struct SpectralAnalysis {
     pub peak: Peak,
     /// One line a component.
     pub components: Vec<ComponentLine>,
-    /// The components after the band-pass, again of unit deviation: the Gaussian kernel's alpha
-    /// assumes it. A component with nothing in the band is all zeros.
+    /// The components after the band-pass, *not* scaled to unit deviation again: what is left of a
+    /// component is its r (for unit scores the deviation after the band-pass equals r), so a
+    /// component that belongs to the gait only in part counts only in part. Measured on four rigs
+    /// from two views, four keys: 8.3 instead of 11.2 degrees on a fox whose PC2 has r = .46, and
+    /// 0.1 to 0.3 degrees less on the gallops of horse, alpaca and husky.
     pub band_passed: Coefficients,
     /// Phase of PC2 relative to PC1 at f0, degrees, −180…180; ±90 makes the circle of the seed's
     /// figure 3. `None` with a single component.
@@ -106,9 +109,8 @@ pub fn analyse(
         columns.get(1).map(|second| phase_difference_deg(&columns[0], second, peak.f0_hz / fps));
     let subharmonic = stride::has_subharmonic(&spectra, variance_shares, peak.f0_hz);
     let rhythm = Rhythm::new(peak.f0_hz, fps, settings.gait, subharmonic);
-    let unit: Vec<Vec<f64>> = passed.iter().map(|c| standardized(c)).collect();
-    let band_passed =
-        Coefficients::from_columns(&unit).ok_or(Error::TooFewMasks { frames: scores.frames() })?;
+    let band_passed = Coefficients::from_columns(&passed)
+        .ok_or(Error::TooFewMasks { frames: scores.frames() })?;
     let cycles = scores.frames() as f64 * peak.f0_hz / fps;
     let diagnosis = Diagnosis::of(&components, quadrature_deg, cycles, rhythm.step_frames, masks);
     Ok(SpectralAnalysis {

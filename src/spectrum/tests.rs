@@ -5,6 +5,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::numeric::standardized;
 
 /// A gait as the seed describes it: PC1 and PC2 in quadrature at the fundamental, PC3 and PC4 at
 /// twice that, all with some noise.
