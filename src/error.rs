@@ -23,6 +23,16 @@ pub enum Error {
         /// The operating system's reason.
         source: std::io::Error,
     },
+    // ---- report ------------------------------------------------------------------------------
+    /// A plot, a sheet or the page could not be drawn.
+    #[error("cannot draw \"{what}\": {reason}")]
+    Drawing {
+        /// What was to be drawn.
+        what: String,
+        /// The drawing library's reason.
+        reason: String,
+    },
+    // ---- work --------------------------------------------------------------------------------
     /// The work was stopped by the user (Ctrl-C or a progress callback that said stop).
     #[error("interrupted")]
     Interrupted,
@@ -40,6 +50,11 @@ impl Error {
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::Io { .. } => None,
+            Error::Drawing { .. } => Some(
+                "check the numbers in the shot's analysis folder, or make them anew with \
+                 `muybridge analyze --force`"
+                    .to_owned(),
+            ),
             Error::Interrupted => Some("run the same command again to go on".to_owned()),
         }
     }
