@@ -4,3 +4,4 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
 
 mod layers;
+mod report;

@@ -10,8 +10,6 @@ mod panel;
 mod scores;
 mod silhouettes;
 mod spectra;
-#[cfg(test)]
-mod tests;
 mod trajectory;
 mod weights;
 
