@@ -42,7 +42,7 @@ pub fn scores(input: &Scores) -> Result<Svg> {
         heading(figure, &format!("Coefficients over time: {}", input.shot), line)?;
         let samples = [
             ("as projected".to_owned(), Stroke::solid(FAINT, 1.2)),
-            ("band-passed".to_owned(), Stroke::solid(series(0), 2.4)),
+            ("band-passed".to_owned(), Stroke::solid(INK, 2.4)),
         ];
         let sides = (LEFT_PX, LEFT_PX + WIDTH_PX);
         legend(figure, &samples[..if input.band_passed.is_empty() { 1 } else { 2 }], sides, 64.0)?;

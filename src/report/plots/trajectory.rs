@@ -25,6 +25,8 @@ const SIDE_PX: f64 = 520.0;
 const LEFT_PX: f64 = 70.0;
 const TOP_PX: f64 = 62.0;
 const MARK_PX: f64 = 9.0;
+/// Directions in which a key's number is tried, from the one away from the origin.
+const KEY_NUMBER_TURNS_RAD: [f64; 8] = [0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 3.1];
 
 /// The trajectory PC1 × PC2 with equal scales on both axes, frames joined in time. Frames that
 /// `keys` names but `points` does not hold are left out.
@@ -114,8 +116,8 @@ fn marks(figure: &Figure, panel: &Panel, input: &Trajectory) -> Drawn<Vec<(Point
     Ok(taken)
 }
 
-/// Frame numbers outside the loop, keys first; a number that would cover a mark or another
-/// number is left out.
+/// Frame numbers, keys first: outside the loop where there is room, a key's number else to
+/// either side or within. A number for which no place is free is left out.
 fn numbers(
     figure: &Figure,
     panel: &Panel,
@@ -127,19 +129,22 @@ fn numbers(
     for t in keys.iter().copied().chain(turn) {
         let Some(p) = input.points.get(t) else { continue };
         let key = keys.contains(&t);
-        let distance = if key { MARK_PX + 12.0 } else { 13.0 };
-        let length = p[0].hypot(p[1]).max(1e-9);
-        let (x, y) = panel.at(p[0], p[1]);
-        let place = (x + distance * p[0] / length, y - distance * p[1] / length);
-        let lettering = if key {
-            Lettering::new(TICK_PX).bold().colour(ACCENT)
+        let (distance, turns, lettering) = if key {
+            let lettering = Lettering::new(TICK_PX).bold().colour(ACCENT);
+            (MARK_PX + 11.0, &KEY_NUMBER_TURNS_RAD[..], lettering)
         } else {
-            Lettering::new(10.0).colour(MUTED)
+            (12.0, &KEY_NUMBER_TURNS_RAD[..1], Lettering::new(10.0).colour(MUTED))
         };
         let text = t.to_string();
         let half = 0.5 * lettering.width_px(&text).max(lettering.size_px);
-        let free = taken.iter().all(|&((cx, cy), r)| (cx - place.0).hypot(cy - place.1) > r + half);
-        if free {
+        let outward = p[1].atan2(p[0]);
+        let (x, y) = panel.at(p[0], p[1]);
+        let place = turns
+            .iter()
+            .map(|turn| (outward + turn).sin_cos())
+            .map(|(sin, cos)| (x + distance * cos, y - distance * sin))
+            .find(|q| taken.iter().all(|&((cx, cy), r)| (cx - q.0).hypot(cy - q.1) >= r + half));
+        if let Some(place) = place {
             figure.text(&text, place, lettering.align(Align::Centre))?;
             taken.push((place, half));
         }

@@ -7,7 +7,7 @@ use super::panel::{
 use super::scores::key_lines;
 use crate::error::Result;
 use crate::report::KeyMark;
-use crate::report::palette::{INK, MUTED, PAPER, series};
+use crate::report::palette::{FAINT, GRID, INK, MUTED, series};
 
 /// The weight of one pose over time.
 #[derive(Clone, Copy, Debug)]
@@ -117,11 +117,12 @@ fn model_strip(figure: &Figure, panel: &Panel, input: &Weights) -> Drawn {
             panel.px(start as f64 - 0.5).max(panel.left),
             panel.px(t as f64 - 0.5).min(panel.right()),
         );
-        let fill = series(model.saturating_sub(1));
+        // Grey in two shades: a model is not a key and must not look like one.
+        let fill = if model % 2 == 1 { FAINT } else { GRID };
         figure.rectangle((left, top), ((right - left - 1.0).max(0.5), STRIP_PX), fill)?;
         if right - left > 14.0 {
             let middle = (0.5 * (left + right), top + 0.5 * STRIP_PX);
-            let lettering = Lettering::new(LABEL_PX).bold().colour(PAPER).align(Align::Centre);
+            let lettering = Lettering::new(LABEL_PX).bold().align(Align::Centre);
             figure.text(&model.to_string(), middle, lettering)?;
         }
         start = t;

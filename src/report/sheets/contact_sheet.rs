@@ -2,7 +2,7 @@
 
 use ::image::{GrayImage, RgbImage};
 
-use super::outline::draw_outline;
+use super::outline::{Outline, draw_outline};
 use super::tile::{
     NO_FOOTAGE, OUTLINE_PX, moment, scaled_mask, scaled_picture, shown_size, silhouette, whole,
     windows,
@@ -32,9 +32,9 @@ const PADDING_PX: u32 = 12;
 const GAP_PX: u32 = 8;
 const CAPTION_PX: u32 = 50;
 /// Room for one picture when picture and silhouette stand one above the other.
-const WIDE_ROOM: (u32, u32) = (420, 320);
+const WIDE_ROOM: (u32, u32) = (340, 260);
 /// The same when they stand side by side.
-const TALL_ROOM: (u32, u32) = (206, 320);
+const TALL_ROOM: (u32, u32) = (166, 320);
 /// "key 16 · partner of 12" must fit.
 const NARROWEST_PX: u32 = 216;
 const CARD: Rgb = [0xfa, 0xfb, 0xfc];
@@ -92,7 +92,8 @@ pub fn key_image(tile: &KeyTile) -> Picture {
         Some(footage) => scaled_picture(footage, cut, view, size),
         None => RgbImage::from_pixel(size.0, size.1, ::image::Rgb(NO_FOOTAGE)),
     };
-    draw_outline(&mut image, &coverage, OUTLINE_PX.max(f64::from(size.0) / 600.0));
+    let width_px = OUTLINE_PX.max(f64::from(size.0) / 600.0);
+    draw_outline(&mut image, &coverage, Outline::over_footage(width_px));
     picture(image)
 }
 
@@ -186,7 +187,7 @@ fn outlined(tile: &KeyTile, window: Rectangle, size: (u32, u32), coverage: &Gray
         Some(footage) => scaled_picture(footage, window, view, size),
         None => RgbImage::from_pixel(size.0, size.1, ::image::Rgb(NO_FOOTAGE)),
     };
-    draw_outline(&mut image, coverage, OUTLINE_PX);
+    draw_outline(&mut image, coverage, Outline::over_footage(OUTLINE_PX));
     image
 }
 

@@ -3,7 +3,7 @@
 use ::image::imageops::{FilterType, resize};
 use ::image::{GrayImage, RgbImage};
 
-use super::outline::draw_outline;
+use super::outline::{Outline, draw_outline};
 use super::tile::{shown_size, silhouette};
 use crate::image::Picture;
 use crate::report::canvas::{Canvas, Face};
@@ -25,12 +25,10 @@ pub struct EigenRow<'a> {
 
 const MARGIN_PX: u32 = 24;
 const HEAD_PX: u32 = 86;
-const NAMES_PX: u32 = 150;
+const NAMES_PX: u32 = 130;
 const GAP_PX: u32 = 10;
 const ROOM: (u32, u32) = (340, 260);
 const THINNEST_PX: u32 = 120;
-/// The thin line of the mean shape over the varied ones.
-const MEAN_OUTLINE_PX: f64 = 1.0;
 
 /// A sheet with a row a component: mean − kσ, mean, mean + kσ, with k = `deviations`. The
 /// outline of the mean shape lies over the outer columns, to show what moves.
@@ -56,12 +54,13 @@ pub fn eigen_sheet(title: &str, mean: &GrayImage, rows: &[EigenRow], deviations:
         let middle = y + cell.1 / 2;
         canvas.text(
             &format!("PC{}", row.component),
-            (MARGIN_PX, middle.saturating_sub(20)),
+            (MARGIN_PX, middle.saturating_sub(22)),
             Face::Strong,
             INK,
         );
-        let share = format!("{:.1} % of var.", 100.0 * row.variance_share);
-        canvas.text(&share, (MARGIN_PX, middle + 2), Face::Plain, MUTED);
+        let share = format!("{:.1} % of", 100.0 * row.variance_share);
+        canvas.text(&share, (MARGIN_PX, middle), Face::Plain, MUTED);
+        canvas.text("the variance", (MARGIN_PX, middle + 16), Face::Plain, MUTED);
         let images = [varied(row.minus, &mean), silhouette(&mean), varied(row.plus, &mean)];
         for (i, image) in (0..).zip(&images) {
             canvas.paste(image, (column(i) + (cell.0 - shown.0) / 2, y));
@@ -70,14 +69,14 @@ pub fn eigen_sheet(title: &str, mean: &GrayImage, rows: &[EigenRow], deviations:
     canvas.into_picture()
 }
 
+/// Unlike masks and footage these are smooth by nature, and are magnified smoothly.
 fn scaled(image: &GrayImage, shown: (u32, u32)) -> GrayImage {
-    let filter = if shown.0 < image.width() { FilterType::Triangle } else { FilterType::Nearest };
-    resize(image, shown.0, shown.1, filter)
+    resize(image, shown.0, shown.1, FilterType::Triangle)
 }
 
 fn varied(image: &GrayImage, mean: &GrayImage) -> RgbImage {
     let mut drawn = silhouette(&scaled(image, mean.dimensions()));
-    draw_outline(&mut drawn, mean, MEAN_OUTLINE_PX);
+    draw_outline(&mut drawn, mean, Outline::over_greys());
     drawn
 }
 

@@ -3,20 +3,38 @@
 use ::image::{GrayImage, Luma, RgbImage};
 use imageproc::distance_transform::euclidean_squared_distance_transform;
 
-use crate::report::palette::Rgb;
+use crate::report::palette::{ACCENT, Rgb};
 
 /// Coverage from which a pixel counts as inside.
 const INSIDE: u8 = 128;
-/// Bright, and rare in nature: it stands out from fur, grass, sand and snow.
-const LINE: Rgb = [0x19, 0xe0, 0xff];
-const HALO: Rgb = [0x10, 0x18, 0x20];
-const HALO_OPACITY: f64 = 0.6;
-/// The dark seam at either side of the line, pixels.
-const HALO_PX: f64 = 1.2;
 
-/// Draws the edge of a silhouette as a bright line `width_px` wide with a dark seam, so that it
-/// shows on any ground. `coverage` has the picture's size, 255 inside and 0 outside.
-pub(super) fn draw_outline(picture: &mut RgbImage, coverage: &GrayImage, width_px: f64) {
+/// How an outline is drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Outline {
+    pub(super) line: Rgb,
+    pub(super) width_px: f64,
+    /// Opacity of the dark seam at either side.
+    pub(super) seam: f64,
+}
+
+const SEAM: Rgb = [0x10, 0x18, 0x20];
+const SEAM_PX: f64 = 1.2;
+
+impl Outline {
+    /// Bright, in a colour that is rare in nature, with a dark seam: it stands out from fur,
+    /// grass, sand, snow and sky.
+    pub(super) fn over_footage(width_px: f64) -> Self {
+        Self { line: [0x19, 0xe0, 0xff], width_px, seam: 0.6 }
+    }
+
+    /// A thin line over a silhouette in greys.
+    pub(super) fn over_greys() -> Self {
+        Self { line: ACCENT, width_px: 1.0, seam: 0.0 }
+    }
+}
+
+/// Draws the edge of a silhouette. `coverage` has the picture's size, 255 inside and 0 outside.
+pub(super) fn draw_outline(picture: &mut RgbImage, coverage: &GrayImage, outline: Outline) {
     let inside = GrayImage::from_fn(coverage.width(), coverage.height(), |x, y| {
         Luma([if coverage.get_pixel(x, y)[0] >= INSIDE { 255 } else { 0 }])
     });
@@ -33,9 +51,9 @@ pub(super) fn draw_outline(picture: &mut RgbImage, coverage: &GrayImage, width_p
             continue;
         }
         let within = |half: f64| (half + 0.5 - from_edge).clamp(0.0, 1.0);
-        let half = 0.5 * width_px;
-        pixel.0 = mixed(pixel.0, HALO, HALO_OPACITY * within(half + HALO_PX));
-        pixel.0 = mixed(pixel.0, LINE, within(half));
+        let half = 0.5 * outline.width_px;
+        pixel.0 = mixed(pixel.0, SEAM, outline.seam * within(half + SEAM_PX));
+        pixel.0 = mixed(pixel.0, outline.line, within(half));
     }
 }
 
@@ -57,9 +75,9 @@ mod tests {
         let square = |x: u32, y: u32| (10..30).contains(&x) && (10..30).contains(&y);
         let coverage =
             GrayImage::from_fn(40, 40, |x, y| Luma([if square(x, y) { 255 } else { 0 }]));
-        draw_outline(&mut picture, &coverage, 2.0);
+        draw_outline(&mut picture, &coverage, Outline::over_footage(2.0));
         for at in [(10, 20), (9, 20), (29, 20), (20, 10), (20, 30)] {
-            assert_eq!(picture.get_pixel(at.0, at.1).0, LINE, "{at:?}");
+            assert_eq!(picture.get_pixel(at.0, at.1).0, Outline::over_footage(2.0).line, "{at:?}");
         }
         for at in [(20, 20), (2, 2), (15, 15), (35, 20)] {
             assert_eq!(picture.get_pixel(at.0, at.1).0, ground, "{at:?}");
@@ -71,7 +89,8 @@ mod tests {
         for value in [0, 255] {
             let mut picture = RgbImage::from_pixel(12, 9, ::image::Rgb([7; 3]));
             let before = picture.clone();
-            draw_outline(&mut picture, &GrayImage::from_pixel(12, 9, Luma([value])), 2.0);
+            let coverage = GrayImage::from_pixel(12, 9, Luma([value]));
+            draw_outline(&mut picture, &coverage, Outline::over_footage(2.0));
             assert!(picture == before);
         }
     }

@@ -2,7 +2,7 @@
 
 use ::image::RgbImage;
 
-use super::outline::draw_outline;
+use super::outline::{Outline, draw_outline};
 use super::tile::{NO_FOOTAGE, OUTLINE_PX, moment, scaled_mask, scaled_picture, shown_size, whole};
 use crate::image::Picture;
 use crate::mask::Mask;
@@ -87,7 +87,8 @@ fn overlaid(tile: &FrameTile, shown: (u32, u32)) -> RgbImage {
         }
         None => RgbImage::from_pixel(shown.0, shown.1, ::image::Rgb(NO_FOOTAGE)),
     };
-    draw_outline(&mut image, &scaled_mask(tile.mask, cut, shown), OUTLINE_PX);
+    let coverage = scaled_mask(tile.mask, cut, shown);
+    draw_outline(&mut image, &coverage, Outline::over_footage(OUTLINE_PX));
     image
 }
 

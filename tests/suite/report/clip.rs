@@ -6,9 +6,9 @@ use muybridge::image::Picture;
 use muybridge::mask::Mask;
 use muybridge::report::KeyMark;
 
-pub const FRAMES: usize = 60;
-pub const CYCLE: f64 = 12.4;
-pub const FPS: f64 = 25.0;
+pub(super) const FRAMES: usize = 60;
+pub(super) const CYCLE: f64 = 12.4;
+pub(super) const FPS: f64 = 25.0;
 
 /// Noise that is the same on every machine: a fixed hash of the frame and the component.
 fn noise(t: usize, component: usize) -> f64 {
@@ -16,27 +16,27 @@ fn noise(t: usize, component: usize) -> f64 {
     ((word * 7919) % 1000) as f64 / 500.0 - 1.0
 }
 
-pub fn clean(component: usize) -> Vec<f64> {
+pub(super) fn clean(component: usize) -> Vec<f64> {
     let phase = [0.0, 0.25, 0.1, 0.4, 0.6][component];
     let turns = [1.0, 1.0, 2.0, 3.0, 0.3][component];
     let value = |t: usize| 2.0_f64.sqrt() * (TAU * (turns * t as f64 / CYCLE + phase)).cos();
     (0..FRAMES).map(value).collect()
 }
 
-pub fn raw(component: usize) -> Vec<f64> {
+pub(super) fn raw(component: usize) -> Vec<f64> {
     let share = [0.12, 0.2, 0.7, 0.8, 0.9][component];
     let mix = |(t, v): (usize, &f64)| v * (1.0 - share) + 1.6 * share * noise(t, component);
     clean(component).iter().enumerate().map(mix).collect()
 }
 
-pub fn keys() -> Vec<KeyMark> {
+pub(super) fn keys() -> Vec<KeyMark> {
     [(1, 2, None), (2, 17, None), (3, 21, None), (4, 50, None), (5, 27, Some(1)), (6, 42, Some(2))]
         .map(|(key, frame, partner_of)| KeyMark { key, frame, partner_of })
         .to_vec()
 }
 
 /// A four-legged shape that swings its legs.
-pub fn mask(width: usize, height: usize, t: usize) -> Mask {
+pub(super) fn mask(width: usize, height: usize, t: usize) -> Mask {
     let (w, h) = (width as f64, height as f64);
     let swing = (TAU * t as f64 / CYCLE).sin();
     let centre = (0.42 + 0.002 * t as f64) * w;
@@ -57,7 +57,7 @@ pub fn mask(width: usize, height: usize, t: usize) -> Mask {
 }
 
 /// A meadow with the animal on it.
-pub fn picture(width: usize, height: usize, t: usize) -> Picture {
+pub(super) fn picture(width: usize, height: usize, t: usize) -> Picture {
     let mask = mask(width, height, t);
     let mut rgb = Vec::with_capacity(3 * width * height);
     for y in 0..height {

@@ -22,7 +22,7 @@ fn matches_golden(name: &str, svg: &Svg) {
     );
 }
 
-pub fn a_trajectory() -> Svg {
+pub(super) fn a_trajectory() -> Svg {
     let points: Vec<[f64; 2]> =
         clip::raw(0).into_iter().zip(clip::raw(1)).map(|(a, b)| [a, b]).collect();
     trajectory(&Trajectory {
@@ -34,7 +34,7 @@ pub fn a_trajectory() -> Svg {
     .unwrap()
 }
 
-pub fn spectra_of(shot: &str) -> Svg {
+pub(super) fn spectra_of(shot: &str) -> Svg {
     let frequencies: Vec<f64> = (0..=30).map(|k| k as f64 * FPS / FRAMES as f64).collect();
     let peak = FPS / CYCLE;
     let bump = |f: f64, at: f64, wide: f64| 1.0 / (1.0 + ((f - at) / wide).powi(2));
@@ -63,7 +63,7 @@ pub fn spectra_of(shot: &str) -> Svg {
     .unwrap()
 }
 
-pub fn some_scores() -> Svg {
+pub(super) fn some_scores() -> Svg {
     let raw: Vec<Vec<f64>> = (0..4).map(clip::raw).collect();
     let passed: Vec<Vec<f64>> =
         (0..4).map(|c| if c < 2 { clip::clean(c) } else { vec![0.0; FRAMES] }).collect();
@@ -78,7 +78,7 @@ pub fn some_scores() -> Svg {
 }
 
 /// Gaussian weights about each key's phase, which is near enough to the real ones to look at.
-pub fn some_weights() -> Svg {
+pub(super) fn some_weights() -> Svg {
     let keys = clip::keys();
     let curves: Vec<Vec<f64>> = keys
         .iter()
@@ -108,7 +108,7 @@ pub fn some_weights() -> Svg {
     .unwrap()
 }
 
-pub fn some_measures() -> Svg {
+pub(super) fn some_measures() -> Svg {
     let area: Vec<f64> = (0..FRAMES)
         .map(|t| if (30..33).contains(&t) { 0.0 } else { 5200.0 + 300.0 * clip::raw(0)[t] })
         .collect();

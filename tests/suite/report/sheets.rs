@@ -7,13 +7,13 @@ use muybridge::report::{KeyMark, Png};
 use super::clip::{self, CYCLE, FPS, FRAMES};
 
 /// Writes the picture to the folder in `MUYBRIDGE_LOOK`, for whoever changes a sheet.
-pub fn look(name: &str, bytes: &[u8]) {
+pub(super) fn look(name: &str, bytes: &[u8]) {
     if let Some(folder) = std::env::var_os("MUYBRIDGE_LOOK") {
         std::fs::write(std::path::Path::new(&folder).join(name), bytes).unwrap();
     }
 }
 
-pub fn contact(keys: &[KeyMark], (width, height): (usize, usize), with_footage: bool) -> Png {
+pub(super) fn contact(keys: &[KeyMark], (width, height): (usize, usize), with_footage: bool) -> Png {
     let masks: Vec<_> = keys.iter().map(|k| clip::mask(width, height, k.frame)).collect();
     let pictures: Vec<_> = keys.iter().map(|k| clip::picture(width, height, k.frame)).collect();
     let tile = |(i, &mark): (usize, &KeyMark)| KeyTile {
@@ -26,7 +26,7 @@ pub fn contact(keys: &[KeyMark], (width, height): (usize, usize), with_footage: 
     Png::encode(&contact_sheet("meadow horse: 4 keys and 2 partners", &tiles)).unwrap()
 }
 
-pub fn overlay() -> Png {
+pub(super) fn overlay() -> Png {
     let frames = evenly_chosen(FRAMES, 12);
     let pictures: Vec<Picture> = frames.iter().map(|&t| clip::picture(960, 540, t)).collect();
     let masks: Vec<_> =
@@ -49,7 +49,7 @@ pub fn overlay() -> Png {
 }
 
 /// Mean of the masks, and the mean varied by the part that goes with the phase.
-pub fn eigen() -> Png {
+pub(super) fn eigen() -> Png {
     let (width, height) = (160_u32, 90_u32);
     let average = |weight: &dyn Fn(usize) -> f64| {
         let mut sum = vec![0.0; (width * height) as usize];
