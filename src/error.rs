@@ -367,6 +367,16 @@ pub enum Error {
     },
 
     // ---- control -------------------------------------------------------------------------------
+    // ---- report ------------------------------------------------------------------------------
+    /// A plot, a sheet or the page could not be drawn.
+    #[error("cannot draw \"{what}\": {reason}")]
+    Drawing {
+        /// What was to be drawn.
+        what: String,
+        /// The drawing library's reason.
+        reason: String,
+    },
+    // ---- work --------------------------------------------------------------------------------
     /// The work was stopped by the user (Ctrl-C or a progress callback that said stop).
     #[error("interrupted")]
     Interrupted,
@@ -769,6 +779,11 @@ impl Error {
             ),
             Error::DuplicateStrokes { .. } => Some("keep one of the two".to_owned()),
             Error::PngEncoding { .. } => None,
+            Error::Drawing { .. } => Some(
+                "check the numbers in the shot's analysis folder, or make them anew with \
+                 `muybridge analyze --force`"
+                    .to_owned(),
+            ),
             Error::Interrupted => Some("run the same command again to go on".to_owned()),
             // ---- keys, interpolate
             Error::KeyCountOutOfRange { .. }

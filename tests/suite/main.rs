@@ -10,3 +10,4 @@ mod gltf_fixture;
 mod interpolate;
 mod layers;
 mod rig;
+mod report;

@@ -1,0 +1,81 @@
+//! Size and place of the silhouette over time: what a lost or wrong animal shows in.
+
+use super::figure::{Stroke, Svg, draw};
+use super::panel::{Panel, frame_axis, heading, legend, range, ticks, whole_ticks};
+use crate::error::Result;
+use crate::report::palette::{SHADE, series};
+
+/// What [`silhouette_measures`] draws.
+#[derive(Clone, Copy, Debug)]
+pub struct SilhouetteMeasures<'a> {
+    /// Name of the shot, for the heading.
+    pub shot: &'a str,
+    /// Pixels of the silhouette at each frame.
+    pub area_px: &'a [f64],
+    /// Centre of mass at each frame, pixels from the left and from the top; NaN where there is
+    /// no silhouette.
+    pub centre_px: &'a [[f64; 2]],
+    /// Frames with a finding (lost, jumped, cut by the border).
+    pub flagged: &'a [usize],
+    /// Frames a second, for the labels in seconds.
+    pub fps: Option<f64>,
+}
+
+const LEFT_PX: f64 = 84.0;
+const WIDTH_PX: f64 = 760.0;
+const PANEL_PX: f64 = 120.0;
+const GAP_PX: f64 = 20.0;
+const TOP_PX: f64 = 92.0;
+
+/// Area, and centre of mass from the left and from the top, over time; flagged frames shaded.
+///
+/// # Errors
+/// [`Error::Drawing`](crate::Error::Drawing) when the drawing library refuses.
+pub fn silhouette_measures(input: &SilhouetteMeasures) -> Result<Svg> {
+    let across: Vec<f64> = input.centre_px.iter().map(|c| c[0]).collect();
+    let down: Vec<f64> = input.centre_px.iter().map(|c| c[1]).collect();
+    let curves: [(&str, &[f64], &[f64]); 3] = [
+        ("area (px)", input.area_px, &[0.0]),
+        ("centre x (px)", &across, &[]),
+        ("centre y (px)", &down, &[]),
+    ];
+    let frames = input.area_px.len().max(input.centre_px.len());
+    let height = TOP_PX + 3.0 * PANEL_PX + 2.0 * GAP_PX + 52.0;
+    let spoken = format!(
+        "Area and centre of the silhouette of {} over {frames} frames, {} of them flagged",
+        input.shot,
+        input.flagged.len()
+    );
+    draw((LEFT_PX + WIDTH_PX + 24.0, height), &spoken, |figure| {
+        let line = match input.flagged.len() {
+            0 => "No frame is flagged.".to_owned(),
+            1 => "One frame is flagged.".to_owned(),
+            n => format!("{n} frames are flagged."),
+        };
+        heading(figure, &format!("Silhouette over time: {}", input.shot), &line)?;
+        if !input.flagged.is_empty() {
+            let sample = [("flagged frame".to_owned(), Stroke::solid(SHADE, 10.0))];
+            legend(figure, &sample, (LEFT_PX, LEFT_PX + WIDTH_PX), 66.0)?;
+        }
+        for (i, (name, values, including)) in curves.iter().enumerate() {
+            let panel = Panel {
+                left: LEFT_PX,
+                top: TOP_PX + i as f64 * (PANEL_PX + GAP_PX),
+                width: WIDTH_PX,
+                height: PANEL_PX,
+                x: (0.0, frames.saturating_sub(1).max(1) as f64),
+                y: range(values.iter().copied(), including, 0.08),
+            };
+            for &t in input.flagged {
+                panel.stripe(figure, t as f64 - 0.5, t as f64 + 0.5, SHADE)?;
+            }
+            panel.x_grid(figure, &whole_ticks(panel.x, 10))?;
+            panel.y_axis(figure, name, &ticks(panel.y, 5))?;
+            figure.line(&panel.curve(values), Stroke::solid(series(i), 1.8))?;
+            if i == 2 {
+                frame_axis(figure, &panel, input.fps)?;
+            }
+        }
+        Ok(())
+    })
+}
