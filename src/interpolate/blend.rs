@@ -101,15 +101,29 @@ fn blended(rest: &NodePose, node: &Deviations, driven: Driven, weights: &[f64]) 
     pose
 }
 
-/// The largest angle in degrees by which any node's local rotation changes from one frame to the
-/// next, 0 for a clip of fewer than two frames. A jump in the animation shows here.
+/// The largest change of pose from one frame to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LargestStep {
+    /// The largest angle by which any node's local rotation changes, degrees.
+    pub angle_deg: f64,
+    /// The frame it leads to; 0 for a clip of fewer than two frames.
+    pub frame: usize,
+}
+
+/// The largest angle by which any node's local rotation changes from one frame to the next. A jump
+/// in the animation shows here. Of equal steps the first is given.
 #[must_use]
-pub fn largest_step_deg(clip: &Clip) -> f64 {
-    let steps = clip.poses.windows(2).flat_map(|pair| {
-        (pair[0].nodes.iter().zip(&pair[1].nodes))
-            .map(|(a, b)| angle_between_rad(&a.rotation, &b.rotation))
-    });
-    steps.fold(0.0, f64::max).to_degrees()
+pub fn largest_step(clip: &Clip) -> LargestStep {
+    let mut largest = LargestStep::default();
+    for (before, pair) in clip.poses.windows(2).enumerate() {
+        for (a, b) in pair[0].nodes.iter().zip(&pair[1].nodes) {
+            let angle_deg = angle_between_rad(&a.rotation, &b.rotation).to_degrees();
+            if angle_deg > largest.angle_deg {
+                largest = LargestStep { angle_deg, frame: before + 1 };
+            }
+        }
+    }
+    largest
 }
 
 #[cfg(test)]
@@ -193,7 +207,7 @@ mod tests {
             let angle = angle_between_rad(&pose.nodes[0].rotation, &about_y(degrees).rotation);
             assert!(angle < 1e-12, "{degrees}: {angle}");
         }
-        assert!((largest_step_deg(&clip) - 80.0).abs() < 1e-9);
+        assert!((largest_step(&clip).angle_deg - 80.0).abs() < 1e-9);
     }
 
     #[test]

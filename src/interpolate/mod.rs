@@ -6,7 +6,7 @@ mod kernel;
 mod switching;
 mod weights;
 
-pub use blend::{blend, largest_step_deg};
+pub use blend::{LargestStep, blend, largest_step};
 pub use kernel::{KernelSettings, Rbf};
 pub use switching::{SwitchAt, Switching};
 pub use weights::{Method, Weights, weights};

@@ -6,7 +6,7 @@ use super::stages::{json, weights};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
 use crate::export::{BvhSettings, append_animation, bvh};
-use crate::interpolate::{blend, largest_step_deg};
+use crate::interpolate::{blend, largest_step};
 use crate::rig::{File, KeyPoses, Moment, PoseSpec};
 use crate::shot::{
     Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, WeightTable, hash_file, hash_files,
@@ -84,6 +84,7 @@ fn write(
     }
     let switching = table.models.iter().any(Option::is_some);
     let sums: Vec<f64> = (0..table.frames()).map(|t| table.sum(t)).collect();
+    let step = largest_step(&clip);
     let animation = StoredAnimation {
         path,
         animation: appended.animation,
@@ -92,7 +93,9 @@ fn write(
         method: if switching { "switching" } else { "rbf" }.to_owned(),
         weight_range: range(&table.values),
         sum_range: range(&sums),
-        largest_step_deg: largest_step_deg(&clip),
+        largest_step_deg: step.angle_deg,
+        largest_step_frame: step.frame,
+        moved_nodes: poses.driven.iter().filter(|d| d.translation || d.rotation || d.scale).count(),
     };
     writer.put(paths::ANIMATION, &json(&animation)?)?;
     let kept = writer.commit()?.kept;

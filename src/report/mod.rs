@@ -12,12 +12,15 @@
 //! Frames are counted from 0 throughout, and frame i of the footage is at time i/fps.
 
 mod canvas;
+mod drawing;
 pub mod page;
 mod palette;
 pub mod plots;
 mod png;
 pub mod sheets;
+mod stored_page;
 
+pub use drawing::{draw_sheets, write_page};
 pub use png::Png;
 
 /// A key image as the plots and sheets mark it.

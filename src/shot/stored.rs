@@ -181,6 +181,10 @@ pub struct StoredAnimation {
     pub sum_range: [f64; 2],
     /// The largest turn of a joint from one frame to the next, degrees.
     pub largest_step_deg: f64,
+    /// The frame it leads to.
+    pub largest_step_frame: usize,
+    /// Number of nodes that move.
+    pub moved_nodes: usize,
 }
 
 impl Shot {

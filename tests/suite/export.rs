@@ -7,7 +7,7 @@ use std::process::Command;
 
 use muybridge::Error;
 use muybridge::export::{AppendedGltf, BvhSettings, append_animation, bvh};
-use muybridge::interpolate::{blend, largest_step_deg};
+use muybridge::interpolate::{blend, largest_step};
 use muybridge::rig::{
     Clip, Driven, File, KeyPoses, Moment, NodePose, Pose, PoseSpec, angle_between_rad,
 };
@@ -155,7 +155,7 @@ fn real_rigs_come_back_with_one_more_animation_and_nothing_else() {
         assert_only_added(file.bytes(), &made);
         assert_reads_back(&made, &clip, &path);
         assert_eq!(append_animation(&file, &clip).unwrap(), made, "same bytes every time");
-        assert!(largest_step_deg(&clip) < 30.0);
+        assert!(largest_step(&clip).angle_deg < 30.0);
 
         let again = File::from_bytes(&path, made.bytes).unwrap();
         let animation = again.animation("from footage").unwrap();

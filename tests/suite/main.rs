@@ -9,5 +9,5 @@ mod frames;
 mod gltf_fixture;
 mod interpolate;
 mod layers;
-mod rig;
 mod report;
+mod rig;

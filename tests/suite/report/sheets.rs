@@ -13,7 +13,11 @@ pub(super) fn look(name: &str, bytes: &[u8]) {
     }
 }
 
-pub(super) fn contact(keys: &[KeyMark], (width, height): (usize, usize), with_footage: bool) -> Png {
+pub(super) fn contact(
+    keys: &[KeyMark],
+    (width, height): (usize, usize),
+    with_footage: bool,
+) -> Png {
     let masks: Vec<_> = keys.iter().map(|k| clip::mask(width, height, k.frame)).collect();
     let pictures: Vec<_> = keys.iter().map(|k| clip::picture(width, height, k.frame)).collect();
     let tile = |(i, &mark): (usize, &KeyMark)| KeyTile {

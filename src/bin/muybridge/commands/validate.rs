@@ -1,7 +1,7 @@
 //! `muybridge validate`.
 
 use muybridge::pipeline::Progress;
-use muybridge::report;
+use muybridge::report::plots::{ErrorCurve, ErrorCurves, ReferenceLevel, error_curves};
 use muybridge::shot::{self, Stage, write_atomically};
 use muybridge::synthetic::Gait;
 use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
@@ -40,8 +40,16 @@ pub(crate) fn execute(args: &Validate, output: &Output, bars: &Bars) -> anyhow::
 }
 
 fn plot(found: &Validation) -> anyhow::Result<String> {
-    let curves = found.rows.iter().map(|r| (r.keys, Validation::curve(r))).collect();
-    Ok(report::error_plot(&found.subject, curves, found.mean_pose.mean_deg)?)
+    let curves: Vec<ErrorCurve> = found
+        .rows
+        .iter()
+        .map(|r| ErrorCurve { keys: r.keys, points: Validation::curve(r) })
+        .collect();
+    let level =
+        ReferenceLevel { name: "mean pose".to_owned(), error_deg: found.mean_pose.mean_deg };
+    let measure = "mean geodesic angle over frames and joints";
+    let input = ErrorCurves { clip: &found.subject, measure, curves: &curves, levels: &[level] };
+    Ok(error_curves(&input)?.as_str().to_owned())
 }
 
 /// The rig and clip, or the built-in horse in the gait that `--clip` names.

@@ -1,0 +1,182 @@
+//! The sheets and the page of a shot, from its stored files.
+
+use std::collections::BTreeMap;
+
+use ::image::GrayImage;
+
+use super::sheets::{
+    EigenRow, FrameTile, KeyTile, contact_sheet, eigen_sheet, evenly_chosen, key_image,
+    overlay_sheet,
+};
+use super::stored_page::{page_data, plots};
+use super::{KeyMark, Png, page};
+use crate::error::{Error, Result};
+use crate::image::Picture;
+use crate::mask::Mask;
+use crate::shot::{
+    Freshness, Reads, Shot, Stage, StoredKeys, hash_file, hash_files, hash_value, paths, read,
+};
+
+/// Frames on the sheet that shows the segmentation at a glance.
+const OVERLAY_FRAMES: usize = 12;
+
+/// Sheets in the shot besides the contact sheet of the keys.
+pub(super) const OVERLAY_SHEET: &str = "analysis/segmentation.png";
+pub(super) const EIGEN_SHEET: &str = "analysis/eigen-silhouettes.png";
+
+/// Deviations shown on either side of the mean, as the analysis stored them.
+const DEVIATIONS: f64 = 2.0;
+
+/// Draws the contact sheet, one picture a key, the segmentation at a glance and the
+/// eigen-silhouettes, unless they are up to date. Returns files that were edited by hand and kept.
+///
+/// # Errors
+/// When a stored file or the footage cannot be read.
+pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
+    let masks = shot.masks()?;
+    let keys = shot.keys(masks.len())?;
+    let reads = Reads::from([
+        ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
+        ("masks".to_owned(), hash_files(&shot.mask_files()?)?),
+        ("analysis".to_owned(), hash_file(&shot.path(paths::DIAGNOSIS))?),
+        ("source".to_owned(), shot.source_hash()?),
+        ("settings".to_owned(), hash_value(&(&shot.settings.source, shot.name()))),
+    ]);
+    if !force && shot.freshness(Stage::Sheets, &reads) == Freshness::UpToDate {
+        return Ok(Vec::new());
+    }
+    let glance = evenly_chosen(masks.len(), OVERLAY_FRAMES);
+    let wanted: Vec<usize> =
+        keys.keys.iter().map(|k| k.frame).chain(glance.iter().copied()).collect();
+    let pictures = pictures(shot, &wanted)?;
+    let mut writer = shot.begin(Stage::Sheets, reads, force)?;
+
+    let tiles = key_tiles(shot, &keys, &masks, &pictures);
+    let title = format!("{}: key images", shot.name());
+    writer.put(paths::CONTACT_SHEET, Png::encode(&contact_sheet(&title, &tiles))?.bytes())?;
+    for tile in &tiles {
+        let name = format!("keys/key_{}_frame_{:04}.png", tile.mark.key, tile.mark.frame);
+        writer.put(&name, Png::encode(&key_image(tile))?.bytes())?;
+    }
+    let frames: Vec<FrameTile> = glance
+        .iter()
+        .map(|&frame| FrameTile {
+            frame,
+            time_s: Some(frame as f64 / shot.fps()),
+            picture: pictures.get(&frame),
+            mask: &masks[frame],
+            finding: None,
+        })
+        .collect();
+    let title = format!("{}: silhouettes", shot.name());
+    writer.put(OVERLAY_SHEET, Png::encode(&overlay_sheet(&title, &frames))?.bytes())?;
+    writer.put(EIGEN_SHEET, Png::encode(&eigen(shot)?)?.bytes())?;
+    Ok(writer.commit()?.kept)
+}
+
+fn key_tiles<'a>(
+    shot: &Shot,
+    keys: &StoredKeys,
+    masks: &'a [Mask],
+    pictures: &'a BTreeMap<usize, Picture>,
+) -> Vec<KeyTile<'a>> {
+    let tile = |key: &crate::shot::KeyImage| KeyTile {
+        mark: KeyMark { key: key.key, frame: key.frame, partner_of: key.partner_of },
+        time_s: Some(key.frame as f64 / shot.fps()),
+        picture: pictures.get(&key.frame),
+        mask: &masks[key.frame],
+    };
+    keys.keys.iter().map(tile).collect()
+}
+
+/// Some frames of the footage, read front to back; none when the shot has no footage.
+fn pictures(shot: &Shot, wanted: &[usize]) -> Result<BTreeMap<usize, Picture>> {
+    let mut found = BTreeMap::new();
+    let Some(mut footage) = shot.footage()? else { return Ok(found) };
+    let last = wanted.iter().copied().max().unwrap_or(0);
+    for frame in 0..=last {
+        let Some(picture) = footage.next_frame()? else { break };
+        if wanted.contains(&frame) {
+            found.insert(frame, picture);
+        }
+    }
+    Ok(found)
+}
+
+fn eigen(shot: &Shot) -> Result<Picture> {
+    let grey = |name: &str| -> Result<GrayImage> {
+        let path = shot.path(name);
+        let decoded = ::image::load_from_memory(&read(&path)?);
+        let undecodable = |e: ::image::ImageError| Error::Document { path, what: e.to_string() };
+        Ok(decoded.map_err(undecodable)?.into_luma8())
+    };
+    let shares: Vec<f64> = shot.diagnosis()?.components.iter().map(|c| c.variance_share).collect();
+    let mut images = Vec::new();
+    for (c, share) in shares.iter().enumerate() {
+        let name = |sign: &str| format!("analysis/component_{}_{sign}.png", c + 1);
+        if shot.path(&name("minus")).is_file() {
+            images.push((c + 1, *share, grey(&name("minus"))?, grey(&name("plus"))?));
+        }
+    }
+    let rows: Vec<EigenRow> = images
+        .iter()
+        .map(|(component, variance_share, minus, plus)| EigenRow {
+            component: *component,
+            variance_share: *variance_share,
+            minus,
+            plus,
+        })
+        .collect();
+    let title = format!("{}: what the components stand for", shot.name());
+    Ok(eigen_sheet(&title, &grey("analysis/mean.png")?, &rows, DEVIATIONS))
+}
+
+/// Writes `report.html` and the plots, unless they are up to date. Returns files that were edited by
+/// hand and kept.
+///
+/// # Errors
+/// When a stored file cannot be read.
+pub fn write_page(shot: &Shot, force: bool) -> Result<Vec<String>> {
+    let mut reads = Reads::new();
+    let stored = [
+        paths::SETTINGS,
+        paths::SILHOUETTES,
+        paths::PROJECTIONS,
+        paths::SPECTRUM,
+        paths::DIAGNOSIS,
+        paths::KEYS,
+        paths::WEIGHTS,
+        paths::ANIMATION,
+        paths::CONTACT_SHEET,
+        OVERLAY_SHEET,
+        EIGEN_SHEET,
+    ];
+    for file in stored {
+        let path = shot.path(file);
+        if path.is_file() {
+            reads.insert(file.to_owned(), hash_file(&path)?);
+        }
+    }
+    reads.insert("name".to_owned(), shot.name());
+    if !force && shot.freshness(Stage::Report, &reads) == Freshness::UpToDate {
+        return Ok(Vec::new());
+    }
+    let plots = plots(shot)?;
+    let mut writer = shot.begin(Stage::Report, reads.clone(), force)?;
+    let named = [
+        ("trajectory", &plots.trajectory),
+        ("spectra", &plots.spectra),
+        ("scores", &plots.scores),
+        ("weights", &plots.weights),
+        ("silhouettes", &plots.silhouettes),
+    ];
+    for (name, plot) in named {
+        if let Some(svg) = plot {
+            writer.put(&format!("analysis/{name}.svg"), svg.as_str().as_bytes())?;
+        }
+    }
+    reads.remove("name");
+    let data = page_data(shot, plots, &reads)?;
+    writer.put(paths::REPORT, page::page(&data)?.as_bytes())?;
+    Ok(writer.commit()?.kept)
+}
