@@ -73,6 +73,15 @@ impl Lettering {
         Self { align, ..self }
     }
 
+    /// `text`, its end replaced by an ellipsis where it is wider than `room_px`.
+    pub(super) fn cut(&self, text: &str, room_px: f64) -> String {
+        let signs = (room_px / self.width_px("m")).max(1.0) as usize;
+        if text.chars().count() <= signs {
+            return text.to_owned();
+        }
+        text.chars().take(signs - 1).chain("…".chars()).collect()
+    }
+
     /// Width of `text`, pixels: an estimate from the mean advance of common sans-serif faces,
     /// on the wide side, as the reader's fonts are not known.
     pub(super) fn width_px(&self, text: &str) -> f64 {
@@ -155,6 +164,11 @@ fn style(colour: Rgb) -> RGBColor {
 }
 
 impl Figure<'_> {
+    /// Width of the whole figure, pixels.
+    pub(super) fn width_px(&self) -> f64 {
+        f64::from(self.area.dim_in_pixel().0) / SUBPIXELS
+    }
+
     pub(super) fn rectangle(&self, (x, y): Point, (width, height): Point, fill: Rgb) -> Drawn {
         let corners = [at((x, y)), at((x + width, y + height))];
         self.area.draw(&Rectangle::new(corners, style(fill).filled()))

@@ -201,8 +201,10 @@ pub(super) fn frame_axis(figure: &Figure, panel: &Panel, fps: Option<f64>) -> Dr
 
 /// The plot's name, large, and what it says in a second, muted line.
 pub(super) fn heading(figure: &Figure, title: &str, line: &str) -> Drawn {
-    figure.text(title, (20.0, 22.0), Lettering::new(TITLE_PX).bold())?;
-    figure.text(line, (20.0, 42.0), Lettering::new(LABEL_PX).colour(MUTED))
+    let room = figure.width_px() - 2.0 * 20.0;
+    let (large, small) = (Lettering::new(TITLE_PX).bold(), Lettering::new(LABEL_PX).colour(MUTED));
+    figure.text(&large.cut(title, room), (20.0, 22.0), large)?;
+    figure.text(&small.cut(line, room), (20.0, 42.0), small)
 }
 
 /// A sample of each stroke with its name, in rows that wrap at `right`. `top` is the middle of
@@ -216,13 +218,15 @@ pub(super) fn legend(
     for ((name, stroke), (x, row)) in entries.iter().zip(legend_places(entries, left, right)) {
         let y = top + LEGEND_ROW_PX * row as f64;
         figure.line(&[(x, y), (x + SAMPLE_PX, y)], *stroke)?;
-        figure.text(name, (x + SAMPLE_PX + 6.0, y), Lettering::new(TICK_PX))?;
+        figure.text(name, (x + SAMPLE_PX + NAME_GAP_PX, y), Lettering::new(TICK_PX))?;
     }
     Ok(())
 }
 
 const LEGEND_ROW_PX: f64 = 18.0;
 const SAMPLE_PX: f64 = 24.0;
+/// Holds the round end of a wide sample.
+const NAME_GAP_PX: f64 = 9.0;
 
 /// Height of the rows that [`legend`] needs, pixels.
 pub(super) fn legend_height(entries: &[(String, Stroke)], (left, right): (f64, f64)) -> f64 {
@@ -234,7 +238,7 @@ fn legend_places(entries: &[(String, Stroke)], left: f64, right: f64) -> Vec<(f6
     let (mut x, mut row) = (left, 0);
     let mut places = Vec::with_capacity(entries.len());
     for (name, _) in entries {
-        let wide = SAMPLE_PX + 6.0 + Lettering::new(TICK_PX).width_px(name) + 14.0;
+        let wide = SAMPLE_PX + NAME_GAP_PX + Lettering::new(TICK_PX).width_px(name) + 14.0;
         if x > left && x + wide > right {
             (x, row) = (left, row + 1);
         }
@@ -242,4 +246,59 @@ fn legend_places(entries: &[(String, Stroke)], left: f64, right: f64) -> Vec<(f6
         x += wide;
     }
     places
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_have_a_true_minus() {
+        let cases = [(1.0, 2, "1"), (0.25, 2, "0.25"), (-0.5, 1, "−0.5"), (-0.001, 2, "0")];
+        for (value, decimals, text) in cases {
+            assert_eq!(number(value, decimals), text);
+        }
+        assert_eq!(number(1200.0, 0), "1200");
+    }
+
+    #[test]
+    fn a_range_without_numbers_or_extent_can_still_be_drawn() {
+        assert_eq!(range([], &[], 0.1), (0.0, 1.0));
+        assert_eq!(range([f64::NAN, f64::INFINITY], &[], 0.1), (0.0, 1.0));
+        assert_eq!(range([3.0, 3.0], &[], 0.1), (1.5, 4.5));
+        assert_eq!(range([0.0], &[], 0.1), (-0.5, 0.5));
+    }
+
+    #[test]
+    fn a_legend_wraps_before_its_right_end() {
+        let entries: Vec<(String, Stroke)> =
+            (1..=16).map(|k| (format!("key {k}"), Stroke::solid(INK, 1.0))).collect();
+        let places = legend_places(&entries, 80.0, 400.0);
+        assert!(places.iter().all(|&(x, _)| (80.0..400.0 - 24.0).contains(&x)));
+        assert!(places.windows(2).all(|w| w[1].1 > w[0].1 || w[1].0 > w[0].0 + 40.0));
+        assert_eq!(legend_height(&entries, (80.0, 400.0)), 18.0 * (places[15].1 + 1) as f64);
+    }
+
+    proptest! {
+        #[test]
+        fn a_range_holds_every_finite_value(
+            values in prop::collection::vec(-1e6..1e6_f64, 1..20),
+            margin in 0.0..0.3_f64,
+        ) {
+            let (low, high) = range(values.iter().copied(), &[0.0], margin);
+            prop_assert!(low < high && low <= 0.0 && high >= 0.0);
+            prop_assert!(values.iter().all(|v| (low..=high).contains(v)));
+        }
+
+        #[test]
+        fn ticks_lie_within_and_are_not_too_many(low in -1e3..1e3_f64, length in 1e-3..1e4_f64) {
+            let interval = (low, low + length);
+            let found = ticks(interval, 10);
+            prop_assert!(found.len() <= 11);
+            let slack = 1e-9 * length;
+            prop_assert!(found.iter().all(|t| *t >= low - slack && *t <= interval.1 + slack));
+        }
+    }
 }

@@ -15,7 +15,7 @@ pub struct SilhouetteMeasures<'a> {
     /// Centre of mass at each frame, pixels from the left and from the top; NaN where there is
     /// no silhouette.
     pub centre_px: &'a [[f64; 2]],
-    /// Frames with a finding (lost, jumped, cut by the border).
+    /// Frames with a finding (lost, jumped, cut by the border), rising.
     pub flagged: &'a [usize],
     /// Frames a second, for the labels in seconds.
     pub fps: Option<f64>,
@@ -66,8 +66,9 @@ pub fn silhouette_measures(input: &SilhouetteMeasures) -> Result<Svg> {
                 x: (0.0, frames.saturating_sub(1).max(1) as f64),
                 y: range(values.iter().copied(), including, 0.08),
             };
-            for &t in input.flagged {
-                panel.stripe(figure, t as f64 - 0.5, t as f64 + 0.5, SHADE)?;
+            for run in input.flagged.chunk_by(|a, b| *b == a + 1) {
+                let (first, last) = (run[0] as f64, run[run.len() - 1] as f64);
+                panel.stripe(figure, first - 0.5, last + 0.5, SHADE)?;
             }
             panel.x_grid(figure, &whole_ticks(panel.x, 10))?;
             panel.y_axis(figure, name, &ticks(panel.y, 5))?;

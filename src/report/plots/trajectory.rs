@@ -125,6 +125,8 @@ fn numbers(
     mut taken: Vec<(Point, f64)>,
 ) -> Drawn {
     let keys: Vec<usize> = input.keys.iter().map(|k| k.frame).collect();
+    let dots = input.points.iter().take(first_turn(input));
+    taken.extend(dots.map(|p| (panel.at(p[0], p[1]), 3.0)));
     let turn = (0..first_turn(input)).filter(|t| !keys.contains(t));
     for t in keys.iter().copied().chain(turn) {
         let Some(p) = input.points.get(t) else { continue };

@@ -1,6 +1,7 @@
 //! The sheets: same bytes on every run, and the picture for a person to look at when asked for.
 
 use muybridge::image::Picture;
+use muybridge::mask::Mask;
 use muybridge::report::sheets::*;
 use muybridge::report::{KeyMark, Png};
 
@@ -33,13 +34,10 @@ pub(super) fn contact(
 pub(super) fn overlay() -> Png {
     let frames = evenly_chosen(FRAMES, 12);
     let pictures: Vec<Picture> = frames.iter().map(|&t| clip::picture(960, 540, t)).collect();
-    let masks: Vec<_> =
-        frames
-            .iter()
-            .map(|&t| {
-                if t == 32 { muybridge::mask::Mask::new(960, 540) } else { clip::mask(960, 540, t) }
-            })
-            .collect();
+    let masks: Vec<_> = frames
+        .iter()
+        .map(|&t| if t == 32 { Mask::new(960, 540) } else { clip::mask(960, 540, t) })
+        .collect();
     let tiles: Vec<_> = (0..frames.len())
         .map(|i| FrameTile {
             frame: frames[i],
@@ -122,4 +120,49 @@ fn sheets_can_be_made_of_any_clip() {
     let image = key_image(&KeyTile { mark, time_s: None, picture: Some(&picture), mask: &mask });
     look("key_image.png", Png::encode(&image).unwrap().bytes());
     assert_eq!((image.width(), image.height()), (960, 540));
+}
+
+/// Muybridge's camel: frames of 400 × 224 pixels, masks of 300 × 168.
+#[test]
+fn masks_of_another_size_lie_over_real_footage() {
+    let data = std::env::var_os("MUYBRIDGE_DATA").map_or_else(
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
+        std::path::PathBuf::from,
+    );
+    let folder = data.join("video/muybridge/camel_gallop");
+    if !folder.is_dir() {
+        eprintln!("skipped: no {}", folder.display());
+        return;
+    }
+    let open = |name: String| ::image::open(folder.join(name)).unwrap();
+    let frames = [0, 3, 6, 9];
+    let pictures: Vec<Picture> = frames
+        .iter()
+        .map(|t| open(format!("frames/{t:05}.jpg")).to_rgb8())
+        .map(|i| Picture::from_rgb(i.width() as usize, i.height() as usize, i.into_raw()).unwrap())
+        .collect();
+    let masks: Vec<_> = frames
+        .iter()
+        .map(|t| open(format!("masks/{t:05}.png")).to_luma8())
+        .map(|i| {
+            let inside = |x: usize, y: usize| i.get_pixel(x as u32, y as u32)[0] >= 128;
+            Mask::from_fn(i.width() as usize, i.height() as usize, inside)
+        })
+        .collect();
+    assert!(masks.iter().all(|m| m.area() > 500));
+    let tiles: Vec<_> = (0..4)
+        .map(|i| KeyTile {
+            mark: KeyMark { key: i + 1, frame: frames[i], partner_of: None },
+            time_s: None,
+            picture: Some(&pictures[i]),
+            mask: &masks[i],
+        })
+        .collect();
+    let sheet = contact_sheet("camel", &tiles);
+    look("contact_camel.png", Png::encode(&sheet).unwrap().bytes());
+    let image = key_image(&tiles[0]);
+    look("key_camel.png", Png::encode(&image).unwrap().bytes());
+    // The footage is all greys: only the outline is bright and coloured.
+    let lit = sheet.rgb().chunks(3).filter(|p| p[2] > 200 && p[0] < 80).count();
+    assert!(lit > 4 * 500, "{lit}");
 }
