@@ -91,6 +91,31 @@ pub fn components(mask: &Mask, connectivity: Connectivity) -> Vec<Component> {
     gather(&runs, &mut parent)
 }
 
+/// Components of a mask, 8-connected, where pieces with a gap of at most `gap_px` pixels between
+/// them count as one: they are joined when the discs of half the gap about them touch. In the order
+/// of their first pixel.
+#[must_use]
+pub fn linked_components(mask: &Mask, gap_px: usize) -> Vec<Component> {
+    let pieces = components(mask, Connectivity::Eight);
+    if gap_px == 0 || pieces.len() < 2 {
+        return pieces;
+    }
+    let wide = components(&mask.dilated(gap_px.div_ceil(2)), Connectivity::Eight);
+    let mut members: Vec<Vec<Run>> = vec![Vec::new(); wide.len()];
+    for piece in pieces {
+        let first = piece.runs[0];
+        let holds = |w: &Component| {
+            w.runs.iter().any(|r| r.y == first.y && r.start <= first.start && first.end <= r.end)
+        };
+        if let Some(group) = wide.iter().position(holds) {
+            members[group].extend(piece.runs);
+        }
+    }
+    let mut linked: Vec<Component> = members.into_iter().filter_map(measured).collect();
+    linked.sort_by_key(|c| (c.runs[0].y, c.runs[0].start));
+    linked
+}
+
 fn gather(runs: &[Run], parent: &mut [usize]) -> Vec<Component> {
     let mut index = vec![None; runs.len()];
     let mut members: Vec<Vec<Run>> = Vec::new();
@@ -105,7 +130,8 @@ fn gather(runs: &[Run], parent: &mut [usize]) -> Vec<Component> {
     members.into_iter().filter_map(measured).collect()
 }
 
-fn measured(runs: Vec<Run>) -> Option<Component> {
+fn measured(mut runs: Vec<Run>) -> Option<Component> {
+    runs.sort_by_key(|r| (r.y, r.start));
     let first = *runs.first()?;
     let mut bounds =
         Bounds { left: first.start, top: first.y, right: first.end - 1, bottom: first.y };
@@ -170,6 +196,19 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn pieces_are_joined_across_small_gaps_only() {
+        let mask = Mask::from_fn(60, 20, |x, y| {
+            (5..15).contains(&y) && ((5..15).contains(&x) || (19..25).contains(&x) || x > 40)
+        });
+        assert_eq!(linked_components(&mask, 0).len(), 3);
+        let linked = linked_components(&mask, 4);
+        assert_eq!(linked.len(), 2);
+        assert_eq!(linked[0].area_px, 160);
+        assert_eq!(linked[0].to_mask(60, 20).or(&linked[1].to_mask(60, 20)), mask);
+        assert_eq!(linked_components(&mask, 20).len(), 1);
+    }
 
     proptest! {
         #[test]

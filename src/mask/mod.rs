@@ -7,6 +7,6 @@ mod packed;
 mod png;
 mod stroke;
 
-pub use components::{Component, Connectivity, components};
+pub use components::{Component, Connectivity, components, linked_components};
 pub use packed::{Bounds, Mask};
 pub use stroke::default_stroke_radius_px;

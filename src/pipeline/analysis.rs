@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::image_pca::ImagePca;
 use crate::mask::Mask;
 use crate::numeric::Coefficients;
-use crate::silhouette::{TrendRemoval, WindowSettings, Windowed, windowed};
+use crate::silhouette::{Status, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed};
 use crate::spectrum::{self, MaskCounts, SpectralAnalysis};
 
 /// Everything the analysis of a clip's masks gives.
@@ -24,6 +24,12 @@ pub struct MaskAnalysis {
 }
 
 impl MaskAnalysis {
+    /// The windows of the masks that entered the PCA.
+    #[must_use]
+    pub fn analysed_masks(&self) -> Vec<&Mask> {
+        self.windows.masks.iter().zip(&self.used).filter(|(_, u)| **u).map(|(m, _)| m).collect()
+    }
+
     /// The scores that keys and interpolation use.
     #[must_use]
     pub fn coefficients(&self, band_pass: bool) -> &Coefficients {
@@ -31,8 +37,9 @@ impl MaskAnalysis {
     }
 }
 
-/// Cuts, analyses and judges the masks of a clip. An empty mask says nothing: it is left out of the
-/// PCA and bridged.
+/// Cuts, analyses and judges the masks of a clip. An empty mask says nothing, and one that the
+/// border of the picture cuts says something else than the gait: both are left out of the PCA and
+/// bridged, unless most of the clip is cut (a close shot), when the cut masks are all there is.
 ///
 /// # Errors
 /// As [`ImagePca::fit`] and [`spectrum::analyse`].
@@ -44,8 +51,9 @@ pub fn analyse_masks(
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
     let windows = windowed(masks, WindowSettings { scale_trend });
-    let used: Vec<bool> = windows.masks.iter().map(|m| !m.is_empty()).collect();
-    let good: Vec<&Mask> = windows.masks.iter().filter(|m| !m.is_empty()).collect();
+    let used = usable(masks);
+    let good: Vec<&Mask> =
+        windows.masks.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m).collect();
     if good.is_empty() {
         // Says that all masks are empty, or that there is none.
         let all: Vec<&Mask> = windows.masks.iter().collect();
@@ -56,6 +64,18 @@ pub fn analyse_masks(
     let counts = MaskCounts { frames: masks.len(), bad: masks.len() - good.len() };
     let spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
     Ok(MaskAnalysis { windows, used, pca, scores, spectral })
+}
+
+/// Which masks enter the PCA.
+fn usable(masks: &[Mask]) -> Vec<bool> {
+    let filled: Vec<bool> = masks.iter().map(|m| !m.is_empty()).collect();
+    let whole: Vec<bool> = masks
+        .iter()
+        .enumerate()
+        .map(|(t, m)| report_of_mask(t, m).status == Status::Tracked)
+        .collect();
+    let count = |flags: &[bool]| flags.iter().filter(|f| **f).count();
+    if 2 * count(&whole) > count(&filled) { whole } else { filled }
 }
 
 /// Spreads the scores of the used frames over all frames, linear between neighbours and constant
@@ -84,6 +104,16 @@ fn bridged(scores: &Coefficients, used: &[bool]) -> Coefficients {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn masks_cut_by_the_border_are_left_out_unless_most_are() {
+        let whole = Mask::from_fn(9, 9, |x, y| (3..6).contains(&x) && (3..6).contains(&y));
+        let cut = Mask::from_fn(9, 9, |x, y| x < 3 && (3..6).contains(&y));
+        let empty = Mask::new(9, 9);
+        let some = [whole.clone(), cut.clone(), whole.clone(), empty.clone()];
+        assert_eq!(usable(&some), [true, false, true, false]);
+        assert_eq!(usable(&[whole, cut.clone(), cut, empty]), [true, true, true, false]);
+    }
 
     #[test]
     fn gaps_are_bridged_and_ends_held() {

@@ -38,9 +38,14 @@ impl Chosen {
     }
 }
 
-/// The step period as keys and switching take it: above 2 frames, or unknown.
-fn known_period(step_frames: f64) -> Option<f64> {
-    Some(step_frames).filter(|s| s.is_finite() && *s > 2.0)
+/// A clip in which the silhouette repeats less often than this has no period that partners could be
+/// placed by: the other half of the stride may not be in it at all.
+const LEAST_REPEATS: f64 = 1.5;
+
+/// The step period as keys and switching take it: above 2 frames and seen to repeat, else unknown.
+fn known_period(step_frames: f64, frames: usize) -> Option<f64> {
+    let seen = step_frames.is_finite() && LEAST_REPEATS * step_frames <= frames as f64;
+    Some(step_frames).filter(|s| seen && *s > 2.0)
 }
 
 /// Chooses keys and partners.
@@ -55,7 +60,7 @@ pub fn choose(
     let choice = choose_keys(coefficients, &request.keys, progress)?;
     let partners = if request.partners {
         let settings = PartnerSettings {
-            step_period_frames: known_period(request.step_frames),
+            step_period_frames: known_period(request.step_frames, coefficients.frames()),
             ..PartnerSettings::default()
         };
         propose_partners(coefficients, &choice.frames, &settings, &request.partner_of)?
@@ -97,7 +102,7 @@ pub fn interpolation_weights(
     let method = if switching {
         interpolate::Method::Switching(Switching {
             partners: partners.to_vec(),
-            step_period_frames: known_period(step_frames),
+            step_period_frames: known_period(step_frames, coefficients.frames()),
             start_model: settings.start_model.checked_sub(1),
             ..Switching::default()
         })

@@ -8,7 +8,6 @@ use crate::error::{Error, Result};
 use crate::image::Picture;
 use crate::image_pca::GreyImage;
 use crate::keys::KeySettings;
-use crate::mask::Mask;
 use crate::shot::{
     Freshness, KeyImage, Projections, Reads, Shot, Stage, StoredComponent, StoredDiagnosis,
     StoredKeys, StoredTrend, WeightTable, hash_file, hash_files, hash_value, number, paths, read,
@@ -87,7 +86,7 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     writer.put(paths::PROJECTIONS, projections.to_csv().as_bytes())?;
     writer.put(paths::SPECTRUM, spectrum_csv(&found).as_bytes())?;
     writer.put(paths::DIAGNOSIS, &json(&diagnosis)?)?;
-    let good: Vec<&Mask> = found.windows.masks.iter().filter(|m| !m.is_empty()).collect();
+    let good = found.analysed_masks();
     writer.put("analysis/mean.png", &grey(&found.pca.mean_image(&good))?)?;
     for c in 0..found.pca.eigenvalues.len().min(DRAWN_COMPONENTS) {
         for (sign, deviations) in [("minus", -DRAWN_DEVIATIONS), ("plus", DRAWN_DEVIATIONS)] {

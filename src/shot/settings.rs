@@ -100,6 +100,7 @@ impl ShotFile {
         for (name, share, most) in [
             ("opening", clean.opening, 0.1),
             ("closing", clean.closing, 0.1),
+            ("link", clean.link, 0.1),
             ("holes", clean.holes, 1.0),
         ] {
             let name = format!("silhouette.clean.{name}");
@@ -313,6 +314,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     (
         "silhouette.clean.closing",
         "Radius of the closing (bridges gaps), share of the diagonal, 0 to 0.1.",
+    ),
+    (
+        "silhouette.clean.link",
+        "Pieces with at most this gap between them count as one animal, share of the diagonal, 0 to 0.1.",
     ),
     (
         "silhouette.clean.holes",

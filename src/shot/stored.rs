@@ -50,7 +50,7 @@ pub struct StoredDiagnosis {
     pub window_px: [usize; 2],
     /// The slow trend of scale; null when too few silhouettes are whole.
     pub scale_trend: Option<StoredTrend>,
-    /// Frames whose mask is empty: left out of the PCA and bridged.
+    /// Frames left out of the PCA and bridged: their mask is empty or cut by the border.
     pub bad_frames: Vec<usize>,
 }
 

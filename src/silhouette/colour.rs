@@ -46,7 +46,7 @@ pub struct ColourSettings {
 
 impl Default for ColourSettings {
     fn default() -> Self {
-        Self { components: 0, prior: 0.5, seed: 42 }
+        Self { components: 0, prior: 0.3, seed: 42 }
     }
 }
 

@@ -7,7 +7,7 @@ use super::scale_trend::TrendRemoval;
 use super::track::{FrameReport, GateSettings, Status, Tracker, report_of_mask};
 use crate::error::Result;
 use crate::image::{Picture, Rectangle};
-use crate::mask::{Connectivity, Mask, components};
+use crate::mask::{Mask, linked_components};
 
 /// Components under this share of the picture are never the animal.
 const LEAST_AREA_SHARE: f64 = 2e-4;
@@ -36,6 +36,10 @@ pub struct CleanSettings {
     pub opening: f64,
     /// Radius of the closing, as a share of the diagonal, 0 to 0.1: bridges gaps.
     pub closing: f64,
+    /// Parts of the animal's colour that lie at most this share of the diagonal away from one
+    /// another count as one animal, 0 to 0.1: a harness, a stripe or a thin leg in front of grass
+    /// may cut the silhouette into pieces.
+    pub link: f64,
     /// Largest hole that is filled, as a share of the silhouette's area, 0 to 1. Larger ones stay:
     /// the ground seen between legs is a hole when the feet touch.
     pub holes: f64,
@@ -43,7 +47,7 @@ pub struct CleanSettings {
 
 impl Default for CleanSettings {
     fn default() -> Self {
-        Self { opening: 0.0012, closing: 0.004, holes: 0.03 }
+        Self { opening: 0.0024, closing: 0.004, link: 0.01, holes: 0.03 }
     }
 }
 
@@ -119,7 +123,9 @@ impl Segmenter {
     fn animal(&mut self, cleaned: &Mask, hints: Option<&StrokeHints>) -> (Mask, bool) {
         let size = (cleaned.width(), cleaned.height());
         let least = (LEAST_AREA_SHARE * (size.0 * size.1) as f64).ceil() as usize;
-        let mut candidates = components(cleaned, Connectivity::Eight);
+        let diagonal = (size.0 as f64).hypot(size.1 as f64);
+        let gap = (self.clean.link.clamp(0.0, 0.1) * diagonal).round() as usize;
+        let mut candidates = linked_components(cleaned, gap);
         candidates.retain(|c| c.area_px >= least);
         let drawn = hints.filter(|h| !h.foreground.is_empty());
         if let Some(hints) = drawn {

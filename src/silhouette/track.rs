@@ -18,7 +18,7 @@ pub struct GateSettings {
 
 impl Default for GateSettings {
     fn default() -> Self {
-        Self { distance: 0.6, area_factor: 2.0 }
+        Self { distance: 0.9, area_factor: 3.0 }
     }
 }
 

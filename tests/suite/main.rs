@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
 
 mod bvh;
+mod data;
 mod export;
 mod frames;
 mod gltf_fixture;
@@ -11,3 +12,4 @@ mod interpolate;
 mod layers;
 mod report;
 mod rig;
+mod silhouette;
