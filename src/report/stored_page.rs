@@ -358,7 +358,9 @@ fn flatten(prefix: &str, table: &toml::Table, into: &mut Vec<(String, String)>) 
             toml::Value::Table(inner) => flatten(&name, inner, into),
             // The poses of the keys stand in the table of keys.
             toml::Value::Array(_) if key == "pose" => {}
-            other => into.push((name, other.to_string())),
+            other => {
+                into.push((name, other.to_string()));
+            }
         }
     }
 }

@@ -36,7 +36,8 @@ pub(super) fn cover(
         std::mem::swap(&mut b, &mut c);
         doubled = -doubled;
     }
-    if !(doubled > 0.0) || !doubled.is_finite() {
+    // A triangle seen edge-on, or with a corner that is no number, covers nothing.
+    if doubled.is_nan() || doubled <= 0.0 || doubled.is_infinite() {
         return;
     }
     let span = |values: [f64; 3], size: usize| {

@@ -2,8 +2,11 @@
 //! command line.
 
 #![allow(clippy::unwrap_used, reason = "a test that fails may panic")]
+#![allow(clippy::print_stderr, reason = "a skipped test says why")]
 
 mod bvh;
+mod cli;
+mod cli_input;
 mod data;
 mod export;
 mod frames;
@@ -11,5 +14,9 @@ mod gltf_fixture;
 mod interpolate;
 mod layers;
 mod report;
+mod resume;
 mod rig;
+mod samples;
+mod shot_folder;
 mod silhouette;
+mod validation;

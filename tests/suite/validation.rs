@@ -1,0 +1,88 @@
+//! The seed's tables on motion that is known. The limits are the project's targets: degrees of mean
+//! error over frames and joints, from masks with 15 % of their edge pixels flipped.
+
+use muybridge::shot::Method;
+use muybridge::synthetic::Gait;
+use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+
+use crate::data::data_folder;
+
+fn run(subject: Subject, keys: usize, partners: bool) -> Validation {
+    let settings = Settings {
+        subject,
+        shooting: Shooting {
+            frames: 100,
+            frames_per_cycle: 24.3,
+            yaw_rad: 0.0,
+            noise: 0.15,
+            seed: 42,
+            size_px: (320, 240),
+        },
+        keys: vec![keys],
+        components: vec![2],
+        partners,
+        method: Method::Auto,
+        band_pass: true,
+        time_limit_s: 30.0,
+    };
+    validate(&settings, &|_, _| true).unwrap()
+}
+
+fn error_deg(found: &Validation) -> f64 {
+    found.rows[0].cells[0].error.mean_deg
+}
+
+#[test]
+fn the_built_in_horse_is_within_its_targets() {
+    for (gait, keys, partners, limit) in
+        [(Gait::Gallop, 4, false, 5.0), (Gait::Canter, 4, false, 5.0), (Gait::Walk, 4, true, 4.0)]
+    {
+        let found = run(Subject::Horse(gait), keys, partners);
+        let in_plane = found.rows[0].cells[0].in_plane.unwrap().mean_deg;
+        eprintln!("{gait}: {in_plane:.2} of {limit}; r {:?}", found.r);
+        assert!(in_plane <= limit, "{gait}: {in_plane}");
+        assert!(in_plane < 0.6 * found.mean_pose.mean_deg, "{gait}: {in_plane}");
+        assert!(found.r[0] >= 0.8 && found.r[1] >= 0.8, "{gait}: {:?}", found.r);
+        assert!(found.r[2..].iter().all(|r| *r <= 0.35), "{gait}: {:?}", found.r);
+        assert_eq!(found.verdict, "usable");
+        assert!(found.rows[0].cells[0].proven_optimal);
+    }
+}
+
+#[test]
+fn rigs_are_within_their_targets_and_the_floors_are_the_known_ones() {
+    let Some(data) = data_folder() else { return };
+    // File, clip, keys, partners, target, and the floor that an independent script found.
+    let cases = [
+        ("quaternius_horse.glb", "AnimalArmature|Gallop", 4, false, 4.8, 3.00),
+        ("quaternius_alpaca.glb", "AnimalArmature|Gallop", 4, false, 4.8, 3.23),
+        ("quaternius_husky.glb", "AnimalArmature|Gallop", 4, false, 4.6, 3.21),
+        ("khronos_fox.glb", "Run", 4, false, 9.0, 7.40),
+        ("quaternius_horse.glb", "AnimalArmature|Walk", 4, true, 4.0, 0.79),
+        ("quaternius_triceratops.glb", "Armature|Triceratops_Walk", 4, true, 4.0, 0.82),
+    ];
+    for (file, clip, keys, partners, limit, floor) in cases {
+        let path = data.join("rigs").join(file);
+        let found = run(Subject::Rig { file: path, clip: clip.to_owned() }, keys, partners);
+        let error = error_deg(&found);
+        let row = &found.rows[0];
+        eprintln!("{file} {clip}: {error:.2} of {limit}");
+        assert!(error <= limit, "{file} {clip}: {error}");
+        assert!(
+            (row.floor.unwrap().mean_deg - floor).abs() < 0.05,
+            "{file} {clip}: {:?}",
+            row.floor
+        );
+        if let Some(plain) = row.cells[0].without_switching {
+            assert!(plain.mean_deg > 1.5 * error, "{file} {clip}: {plain:?} without switching");
+        }
+    }
+}
+
+#[test]
+fn more_poses_are_better_and_a_run_repeats_itself() {
+    let four = run(Subject::Horse(Gait::Gallop), 4, false);
+    assert_eq!(four, run(Subject::Horse(Gait::Gallop), 4, false));
+    let five = run(Subject::Horse(Gait::Gallop), 5, false);
+    assert!(error_deg(&five) < error_deg(&four));
+}
