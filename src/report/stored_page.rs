@@ -328,7 +328,11 @@ fn findings(shot: &Shot) -> Result<Vec<Finding>> {
                 last.last_frame = frame;
             }
             _ => {
-                found.push(Finding { first_frame: frame, last_frame: frame, what: what.to_owned() })
+                found.push(Finding {
+                    first_frame: frame,
+                    last_frame: frame,
+                    what: what.to_owned(),
+                });
             }
         }
     }
