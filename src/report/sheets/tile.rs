@@ -116,13 +116,17 @@ fn bounds(mask: &Mask) -> Option<Rectangle> {
     })
 }
 
+/// A window is this much larger than the largest silhouette: whoever poses the rig wants to see the
+/// whole animal even where segmentation lost a part of it.
+const SURROUNDINGS: f64 = 1.6;
+
 /// One window size for all masks, large enough for the largest silhouette with a tenth of free
 /// space at each side, and its place about each silhouette, kept within the mask.
 pub(super) fn windows(masks: &[&Mask]) -> Vec<Rectangle> {
     let found: Vec<Option<Rectangle>> = masks.iter().map(|m| bounds(m)).collect();
     let largest = |side: fn(&Rectangle) -> usize| {
         let length = found.iter().flatten().map(side).max();
-        length.map(|l| (l as f64 * 1.2).ceil() as usize)
+        length.map(|l| (l as f64 * SURROUNDINGS).ceil() as usize)
     };
     let (width, height) = (largest(|r| r.width), largest(|r| r.height));
     let place = |middle: usize, length: usize, limit: usize| {
@@ -185,7 +189,7 @@ mod tests {
             [blob(0, 0, 20, 10), blob(100, 60, 20, 20), blob(50, 30, 9, 9), blob(0, 0, 0, 0)];
         let windows = windows(&masks.iter().collect::<Vec<_>>());
         for (mask, window) in masks.iter().zip(&windows) {
-            assert_eq!((window.width, window.height), (24, 24));
+            assert_eq!((window.width, window.height), (32, 32));
             let held = (window.y..window.y + window.height)
                 .flat_map(|y| (window.x..window.x + window.width).map(move |x| (x, y)))
                 .filter(|&(x, y)| mask.get(x, y))

@@ -1,6 +1,7 @@
 //! `muybridge analyze`.
 
 use muybridge::pipeline;
+use muybridge::report;
 use muybridge::shot::StoredDiagnosis;
 use muybridge::spectrum::Gait;
 
@@ -21,6 +22,7 @@ pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::R
         shot.save_settings()?;
     }
     let result = pipeline::analyze(&shot, options(bars, args.stage.force))?;
+    report::write_page(&shot, false)?;
     bars.finish();
     output.kept(&result.outcome.kept);
     output.result(&result.diagnosis, &text(&result.diagnosis))?;
