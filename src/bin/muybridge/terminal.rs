@@ -2,9 +2,9 @@
 //! output, all of this to standard error.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Mutex, OnceLock};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use muybridge::pipeline::Progress;
@@ -13,10 +13,19 @@ use muybridge::shot::Stage;
 /// Set by Ctrl-C and SIGTERM; every progress report then answers "stop".
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// When the first of them came.
+static FIRST_INTERRUPT: OnceLock<Instant> = OnceLock::new();
+
+/// A second Ctrl-C after this long ends the program at once.
+const IMPATIENCE: Duration = Duration::from_millis(500);
+
 /// From now on Ctrl-C ends the work in an orderly way; a second one ends it at once.
 pub(crate) fn catch_interrupts() {
     let handler = || {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+        // One key press can arrive twice (from the terminal and from a parent that passes it on);
+        // only a later one means impatience.
+        let first = *FIRST_INTERRUPT.get_or_init(Instant::now);
+        if INTERRUPTED.swap(true, Ordering::SeqCst) && first.elapsed() > IMPATIENCE {
             std::process::exit(130);
         }
     };

@@ -120,8 +120,8 @@ fn bounds(mask: &Mask) -> Option<Rectangle> {
 /// whole animal even where segmentation lost a part of it.
 const SURROUNDINGS: f64 = 1.6;
 
-/// One window size for all masks, large enough for the largest silhouette with a tenth of free
-/// space at each side, and its place about each silhouette, kept within the mask.
+/// One window size for all masks, large enough for the largest silhouette and its surroundings,
+/// and its place about each silhouette, kept within the mask.
 pub(super) fn windows(masks: &[&Mask]) -> Vec<Rectangle> {
     let found: Vec<Option<Rectangle>> = masks.iter().map(|m| bounds(m)).collect();
     let largest = |side: fn(&Rectangle) -> usize| {
