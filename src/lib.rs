@@ -8,6 +8,30 @@
 //!                                                          └──▶ interpolate ◀───────┘  ──Clip──▶ export
 //! ```
 //!
+//! The method in memory, on a rendered gallop, from masks to the frames worth posing:
+//!
+//! ```
+//! use muybridge::pipeline::{KeyRequest, analyse_masks, choose};
+//! use muybridge::synthetic::{Gait, SyntheticFootage, SyntheticSettings};
+//! use muybridge::{keys::KeySettings, silhouette::TrendRemoval, spectrum};
+//!
+//! let footage = SyntheticFootage::new(Gait::Gallop, SyntheticSettings::default());
+//! let masks: Vec<_> = (0..60).map(|frame| footage.true_mask(frame)).collect();
+//! let settings = spectrum::Settings::default();
+//! let found = analyse_masks(&masks, 25.0, 5, TrendRemoval::Auto, &settings)?;
+//! assert_eq!(found.spectral.diagnosis.verdict, spectrum::Verdict::Usable);
+//!
+//! let request = KeyRequest {
+//!     keys: KeySettings { keys: 4, ..KeySettings::default() },
+//!     partners: false,
+//!     partner_of: Vec::new(),
+//!     step_frames: found.spectral.rhythm.step_frames,
+//! };
+//! let chosen = choose(&found.coefficients(true).leading(2), &request, &|_, _| true)?;
+//! assert!(chosen.choice.proven_optimal);
+//! # Ok::<(), muybridge::Error>(())
+//! ```
+//!
 //! A module uses modules of a lower rank only (`tests/suite/layers.rs` holds the table).
 //! The method is that of Favreau, Reveret, Depraz and Cani, *Animal Gaits from Video*,
 //! INRIA RR-5170, 2004; `docs/method.md` says which equation lives in which file.
