@@ -1,10 +1,12 @@
-//! Numbers only: this room knows no image, pose or file. Everything is `f64`.
+//! Numbers only: this room knows no image, pose or file. Everything is `f64`,
+//! but for cuts, which are exact in integers.
 
 mod coefficients;
 mod eigen;
 mod eigen_jacobi;
 mod fourier;
 mod kernel;
+mod max_flow;
 mod mixture;
 mod monotone;
 mod phase;
@@ -15,6 +17,7 @@ pub use eigen::{EigenPairs, leading_eigenpairs};
 pub use eigen_jacobi::extreme_eigenvalues;
 pub use fourier::{amplitude_spectrum, band_pass};
 pub use kernel::{DEFAULT_ALPHA, KernelMatrix, distance_sq, gaussian};
+pub use max_flow::{Cut, GridCut, GridProblem};
 pub use mixture::{Mixture, MixtureSettings};
 pub use monotone::rising_fit;
 pub use phase::{CyclePhase, wrapped};
