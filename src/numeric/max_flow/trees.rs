@@ -165,31 +165,25 @@ impl Trees {
         let mut terminal = self.terminal[at];
         for direction in DIRECTIONS / 2..DIRECTIONS {
             let other = self.neighbour(at, direction);
-            let capacity = self.room[other][direction ^ 4];
-            if capacity == 0 || !self.nodes[other].inside {
-                continue;
-            }
+            // No branches below: they would be guesses. A neighbour outside the problem takes part
+            // with a capacity of 0, to no effect.
+            let inside = self.nodes[other].inside;
+            let capacity = if inside { self.room[other][direction ^ 4] } else { 0 };
             let theirs = self.terminal[other];
-            let mut fits = 0;
-            if (theirs ^ terminal) < 0 {
-                fits = capacity.min(theirs.abs()).min(terminal.abs());
-                flow += i64::from(fits);
-                // From here on signed: positive from `at` to `other`.
-                fits *= terminal.signum();
-                terminal -= fits;
-                self.terminal[other] += fits;
-                self.room[other][direction ^ 4] = capacity + fits;
-            }
-            self.room[at][direction] = capacity - fits;
-            let (here, there) = (1 << direction, 1 << (direction ^ 4));
-            if fits < capacity {
-                self.nodes[at].out |= here;
-                self.nodes[other].into |= there;
-            }
-            if fits > -capacity {
-                self.nodes[other].out |= there;
-                self.nodes[at].into |= here;
-            }
+            let opposed = (theirs ^ terminal) < 0;
+            let fits = if opposed { capacity.min(theirs.abs()).min(terminal.abs()) } else { 0 };
+            flow += i64::from(fits);
+            // Positive from `at` to `other`.
+            let signed = if terminal < 0 { -fits } else { fits };
+            terminal -= signed;
+            self.terminal[other] = theirs + signed;
+            self.room[other][direction ^ 4] = capacity + signed;
+            self.room[at][direction] = capacity - signed;
+            let (here, there) = (u8::from(signed < capacity), u8::from(-signed < capacity));
+            self.nodes[at].out |= here << direction;
+            self.nodes[other].into |= here << (direction ^ 4);
+            self.nodes[other].out |= there << (direction ^ 4);
+            self.nodes[at].into |= there << direction;
         }
         self.terminal[at] = terminal;
         flow
@@ -217,25 +211,29 @@ impl Trees {
     fn scan<const SOURCE: bool>(&mut self, at: usize) -> i64 {
         let level = self.front::<SOURCE>().level;
         let mut flow = 0;
-        let mut unseen = u8::MAX;
-        loop {
-            // Read again each time: an augmentation may move this node or close its arcs.
-            let node = self.nodes[at];
-            let open = node.ahead::<SOURCE>() & unseen;
-            if open == 0 || node.depth::<SOURCE>() != level {
-                return flow;
-            }
+        let node = self.nodes[at];
+        if node.depth::<SOURCE>() != level {
+            return flow;
+        }
+        let mut open = node.ahead::<SOURCE>();
+        while open != 0 {
             let direction = open.trailing_zeros() as usize;
             let to = self.neighbour(at, direction);
             let other = &mut self.nodes[to];
             let depth = other.depth::<SOURCE>();
             if depth < 0 {
-                // The arc may still have room afterwards, hence it is not seen yet.
                 flow += if SOURCE {
                     self.augment(at, direction, to)
                 } else {
                     self.augment(to, direction ^ 4, at)
                 };
+                // This may have moved the node or closed arcs, and the one just used may be open
+                // still; those before it lead to nothing new.
+                let node = self.nodes[at];
+                if node.depth::<SOURCE>() != level {
+                    return flow;
+                }
+                open &= node.ahead::<SOURCE>();
                 continue;
             }
             if depth == 0 {
@@ -243,8 +241,9 @@ impl Trees {
                 other.parent = (direction ^ 4) as u8;
                 self.next.push(to as u32);
             }
-            unseen &= !(1 << direction);
+            open &= open - 1;
         }
+        flow
     }
 
     /// Pushes what fits along source … `from` → `to` … sink and mends the trees.
