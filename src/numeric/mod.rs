@@ -1,7 +1,8 @@
 //! Numbers only: this room knows no image, pose or file. Everything is `f64`,
-//! but for cuts, which are exact in integers.
+//! but for cuts and distances on pixel grids, which are exact in integers.
 
 mod coefficients;
+mod distance;
 mod eigen;
 mod eigen_jacobi;
 mod fourier;
@@ -13,6 +14,7 @@ mod phase;
 mod statistics;
 
 pub use coefficients::Coefficients;
+pub use distance::grid_distances_sq;
 pub use eigen::{EigenPairs, leading_eigenpairs};
 pub use eigen_jacobi::extreme_eigenvalues;
 pub use fourier::{amplitude_spectrum, band_pass};

@@ -8,7 +8,9 @@
 //!
 //! Departures: the graph is a grid, hence neighbours are offsets and two bit sets a node say which
 //! arcs still have room. The search reads eight bytes a node and touches capacities only where
-//! flow is pushed.
+//! flow is pushed. Flow between neighbours is pushed before there are trees. An orphan may adopt
+//! another as its parent: labels fall strictly towards the root, so no cycle can close, and should
+//! the parent have to move it makes an orphan of the child once more.
 
 /// Neighbours of a pixel, clockwise from east; the opposite of direction `d` is `d ^ 4`.
 pub(super) const DIRECTIONS: usize = 8;
@@ -85,7 +87,7 @@ struct Front {
 }
 
 impl Trees {
-    /// Makes room for a grid; all nodes must be outside.
+    /// Makes space for a grid; all nodes must be outside.
     pub(super) fn set_grid(&mut self, stride: usize, nodes: usize) {
         let up = stride.wrapping_neg();
         let (east, west) = (1, 1_usize.wrapping_neg());
@@ -101,8 +103,10 @@ impl Trees {
         ];
         if self.nodes.len() < nodes {
             self.nodes.resize(nodes, Node::OUTSIDE);
-            self.room.resize(nodes, [0; DIRECTIONS]);
-            self.terminal.resize(nodes, 0);
+            // Nothing here is worth keeping, and fresh zeros take no memory until they are written:
+            // a band then takes what a band needs.
+            self.room = vec![[0; DIRECTIONS]; nodes];
+            self.terminal = vec![0; nodes];
         }
     }
 
