@@ -56,7 +56,7 @@ impl GridCut {
     /// When the grid, with its padding, has 2³¹ pixels or more.
     pub fn problem(&mut self, width: usize, height: usize) -> GridProblem<'_> {
         // One column and two rows of padding, never part of a problem, give every pixel eight
-        // neighbours: west of a row's first pixel is the padding that ends the row above.
+        // neighbours: one column serves both sides, as east of a row's end is the next row's start.
         let stride = width.saturating_add(1);
         let nodes = height
             .checked_add(2)
@@ -137,7 +137,7 @@ impl GridProblem<'_> {
         let stride = self.stride as u32;
         let mut foreground = vec![false; self.width * self.height];
         for &pixel in &*pixels {
-            // Row y has y + 2 cells of padding before it and in it beyond the row above.
+            // (row − 1) · width + column − 1, where the node is row · stride + column.
             let row = (pixel / stride) as usize;
             foreground[pixel as usize - self.width - row - 1] = trees.reached(pixel as usize);
         }
