@@ -18,4 +18,6 @@ pub use kernel::{DEFAULT_ALPHA, KernelMatrix, distance_sq, gaussian};
 pub use mixture::{Mixture, MixtureSettings};
 pub use monotone::rising_fit;
 pub use phase::{CyclePhase, wrapped};
-pub use statistics::{correlation, mean, standard_deviation, standardized};
+pub use statistics::{
+    correlation, mean, median, robust_deviation, standard_deviation, standardized,
+};

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::image_pca::ImagePca;
 use crate::mask::Mask;
 use crate::numeric::Coefficients;
-use crate::silhouette::{Status, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed};
+use crate::silhouette::{TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed};
 use crate::spectrum::{self, MaskCounts, SpectralAnalysis};
 
 /// Everything the analysis of a clip's masks gives.
@@ -69,11 +69,8 @@ pub fn analyse_masks(
 /// Which masks enter the PCA.
 fn usable(masks: &[Mask]) -> Vec<bool> {
     let filled: Vec<bool> = masks.iter().map(|m| !m.is_empty()).collect();
-    let whole: Vec<bool> = masks
-        .iter()
-        .enumerate()
-        .map(|(t, m)| report_of_mask(t, m).status == Status::Tracked)
-        .collect();
+    let whole: Vec<bool> =
+        masks.iter().enumerate().map(|(t, m)| !report_of_mask(t, m).is_excluded()).collect();
     let count = |flags: &[bool]| flags.iter().filter(|f| **f).count();
     if 2 * count(&whole) > count(&filled) { whole } else { filled }
 }

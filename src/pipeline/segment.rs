@@ -11,7 +11,7 @@ use crate::mask::{Mask, default_stroke_radius_px};
 use crate::shot::{
     Freshness, Input, Reads, Shot, Stage, StageWriter, hash_value, number, paths, table,
 };
-use crate::silhouette::{FrameReport, Segmenter, StrokeHints, report_of_mask};
+use crate::silhouette::{Flag, Flags, FrameReport, Segmenter, StrokeHints, report_of_mask};
 
 /// What `segment` did.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -187,7 +187,8 @@ fn hints(
 }
 
 fn reports_csv(reports: &[FrameReport], fps: f64) -> String {
-    let header = ["frame", "time_s", "area_px", "centre_x_px", "centre_y_px", "status"];
+    let header =
+        ["frame", "time_s", "area_px", "centre_x_px", "centre_y_px", "confidence", "flags"];
     let rows = reports.iter().map(|r| {
         let (x, y) =
             r.centre_px.map_or((String::new(), String::new()), |(x, y)| (number(x), number(y)));
@@ -197,7 +198,8 @@ fn reports_csv(reports: &[FrameReport], fps: f64) -> String {
             r.area_px.to_string(),
             x,
             y,
-            r.status.name().to_owned(),
+            number(r.confidence),
+            r.flags.names(),
         ]
     });
     table(&header.map(str::to_owned), rows)
@@ -215,10 +217,12 @@ fn summary(shot: &Shot, outcome: &Outcome) -> Result<SegmentSummary> {
     let text = String::from_utf8_lossy(&crate::shot::read(&path)?).into_owned();
     for (frame, line) in text.lines().skip(1).enumerate() {
         found.frames = frame + 1;
-        match line.rsplit(',').next() {
-            Some("lost" | "empty") => found.lost_frames.push(frame),
-            Some("at_border") => found.border_frames.push(frame),
-            _ => {}
+        let flags = line.rsplit(',').next().unwrap_or_default();
+        let flags = Flags::from_names(flags).unwrap_or_default();
+        if flags.contains(Flag::Lost) || flags.contains(Flag::Empty) {
+            found.lost_frames.push(frame);
+        } else if flags.contains(Flag::AtBorder) {
+            found.border_frames.push(frame);
         }
     }
     Ok(found)

@@ -16,6 +16,7 @@ use crate::shot::{
     Input, PoseOfKey, Reads, SYNTHETIC_PREFIX, Shot, ShotFile, StoredDiagnosis, StoredKeys,
     WeightTable, paths, read,
 };
+use crate::silhouette::Flags;
 
 /// Components that are drawn: PC1 and PC2 carry the gait, one more shows what does not.
 const DRAWN_COMPONENTS: usize = 3;
@@ -145,7 +146,7 @@ fn silhouette_plot(shot: &Shot, name: &str, fps: Option<f64>) -> Result<super::p
     let flagged: Vec<usize> = statuses(shot)?
         .iter()
         .enumerate()
-        .filter(|(_, s)| *s != "tracked")
+        .filter(|(_, s)| !s.is_empty())
         .map(|(frame, _)| frame)
         .collect();
     silhouette_measures(&SilhouetteMeasures {
@@ -313,16 +314,14 @@ fn animation(shot: &Shot) -> Result<AnimationSummary> {
     })
 }
 
-/// Runs of frames whose status is not "tracked".
+/// Runs of frames with a flag.
 fn findings(shot: &Shot) -> Result<Vec<Finding>> {
     let mut found: Vec<Finding> = Vec::new();
     for (frame, status) in statuses(shot)?.iter().enumerate() {
-        let what = match status.as_str() {
-            "tracked" => continue,
-            "at_border" => "the silhouette reaches the border of the picture",
-            "lost" => "the animal was lost",
-            _ => "no silhouette",
+        let Some(flag) = Flags::from_names(status).unwrap_or_default().iter().next() else {
+            continue;
         };
+        let what = flag.sentence();
         match found.last_mut() {
             Some(last) if last.last_frame + 1 == frame && last.what == what => {
                 last.last_frame = frame;
