@@ -20,11 +20,19 @@ pub struct PartnerSettings {
     /// of the period adds up over the steps between until the halves can no longer be told
     /// apart. Frames further away are taken only when there is none nearer. Default: 3.
     pub horizon_steps: f64,
+    /// Frames that must not be proposed: their silhouettes are not to be trusted. The user may
+    /// choose them all the same. Default: none.
+    pub exclude: Vec<usize>,
 }
 
 impl Default for PartnerSettings {
     fn default() -> Self {
-        Self { min_distance_frames: 3, step_period_frames: None, horizon_steps: 3.0 }
+        Self {
+            min_distance_frames: 3,
+            step_period_frames: None,
+            horizon_steps: 3.0,
+            exclude: Vec::new(),
+        }
     }
 }
 
@@ -155,6 +163,7 @@ fn nearest(
 ) -> Option<(f64, usize)> {
     let among = |horizon_steps: f64| {
         (0..coefficients.frames())
+            .filter(|f| !settings.exclude.contains(f))
             .filter(|&f| !taken[f] && in_other_half(key, f, settings, horizon_steps))
             .map(|f| (distance_sq(coefficients.point(key), coefficients.point(f)), f))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))

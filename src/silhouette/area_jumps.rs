@@ -21,7 +21,7 @@ const LEAST_FRAMES: usize = 8;
 /// Frames whose area jumps, ascending.
 ///
 /// With a_t = ln(area) the second difference of frame t is 2 (a_t − b_t), where b_t is the line from
-/// the nearest sound frame before to the nearest one after, at most [`FARTHEST`] frames away; with
+/// the nearest sound frame before to the nearest one after, at most four frames away; with
 /// both neighbours at hand that is −(a_{t−1} − 2 a_t + a_{t+1}). A frame jumps when this is over
 /// .15 and over 4 robust deviations of the clip (1.4826 times the median distance from the
 /// median). Jumps are taken one after the other, first the one farthest from the median area of the

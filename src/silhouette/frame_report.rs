@@ -249,6 +249,31 @@ pub fn report_of_corrected_mask(frame: usize, mask: &Mask) -> FrameReport {
     report
 }
 
+/// An outline as sure as this is not worth a correction.
+const SURE: f64 = 0.75;
+
+/// The frame whose correction is worth most: the least sure one, the first of equals. `None` when
+/// all are sure enough.
+///
+/// A frame that jumps counts as half as sure. Not worth a correction are frames that have one, that
+/// are cut by the border (what is outside cannot be drawn), and empty ones before the animal
+/// comes and after it has left.
+#[must_use]
+pub fn least_sure(reports: &[FrameReport]) -> Option<usize> {
+    let seen = |r: &FrameReport| r.area_px > 0;
+    let first = reports.iter().position(seen)?;
+    let last = reports.iter().rposition(seen)?;
+    let sureness = |r: &FrameReport| {
+        if r.flags.contains(Flag::AreaJump) { 0.5 * r.confidence } else { r.confidence }
+    };
+    reports[first..=last]
+        .iter()
+        .filter(|r| !r.flags.contains(Flag::Corrected) && !r.flags.contains(Flag::AtBorder))
+        .filter(|r| sureness(r) < SURE)
+        .min_by(|a, b| sureness(a).total_cmp(&sureness(b)))
+        .map(|r| r.frame)
+}
+
 /// Whether a box within a picture of that size reaches the picture's border.
 pub(super) fn touches_border(b: &Bounds, width: usize, height: usize) -> bool {
     b.left == 0 || b.top == 0 || b.right + 1 == width || b.bottom + 1 == height
@@ -294,6 +319,31 @@ mod tests {
         let kept: Vec<Flag> = Flag::ALL.into_iter().filter(|f| !f.excludes()).collect();
         assert_eq!(kept, [Flag::SeveralPieces, Flag::Corrected]);
         assert!(Flags::from(Flag::Corrected).with(Flag::Empty).exclude());
+    }
+
+    #[test]
+    fn the_least_sure_frame_is_one_that_can_be_mended() {
+        let report = |(frame, &(confidence, flag)): (usize, &(f64, Option<Flag>))| FrameReport {
+            frame,
+            area_px: if confidence > 0.0 { 100 } else { 0 },
+            centre_px: None,
+            confidence,
+            flags: flag.into_iter().collect(),
+        };
+        let reports = |all: &[(f64, Option<Flag>)]| -> Vec<FrameReport> {
+            all.iter().enumerate().map(report).collect()
+        };
+        let sure = (0.9, None);
+        let empty = (0.0, Some(Flag::Empty));
+        assert_eq!(least_sure(&reports(&[])), None);
+        assert_eq!(least_sure(&reports(&[empty, empty])), None);
+        assert_eq!(least_sure(&reports(&[empty, sure, sure, empty])), None);
+        assert_eq!(least_sure(&reports(&[empty, sure, empty, empty, sure])), Some(2));
+        let cut = (0.2, Some(Flag::AtBorder));
+        let mended = (0.1, Some(Flag::Corrected));
+        let jumped = (1.0, Some(Flag::AreaJump));
+        assert_eq!(least_sure(&reports(&[cut, mended, (0.6, None), jumped])), Some(3));
+        assert_eq!(least_sure(&reports(&[cut, mended, (0.4, None), jumped])), Some(2));
     }
 
     #[test]

@@ -11,7 +11,9 @@ mod window;
 
 pub use area_jumps::{area_jumps, flag_area_jumps};
 pub use colour::{ColourModels, ColourSettings};
-pub use frame_report::{Flag, Flags, FrameReport, report_of_corrected_mask, report_of_mask};
+pub use frame_report::{
+    Flag, Flags, FrameReport, least_sure, report_of_corrected_mask, report_of_mask,
+};
 pub use scale_trend::{ScaleTrend, TrendRemoval};
 pub use segmenter::{CleanSettings, Segmenter, Settings, StrokeHints};
 pub use track::GateSettings;
