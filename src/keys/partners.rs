@@ -239,6 +239,15 @@ mod tests {
     }
 
     #[test]
+    fn excluded_frames_are_not_proposed_but_the_user_may_name_them() {
+        let free = propose_partners(&ring(), &[10], &settings(), &[]).unwrap()[0].frame;
+        let without = PartnerSettings { exclude: vec![free], ..settings() };
+        assert_ne!(propose_partners(&ring(), &[10], &without, &[]).unwrap()[0].frame, free);
+        let named = propose_partners(&ring(), &[10], &without, &[(0, free)]).unwrap();
+        assert_eq!((named[0].frame, named[0].chosen_by_user), (free, true));
+    }
+
+    #[test]
     fn bad_choices_are_named() {
         let refuse = |chosen: &[(usize, usize)]| {
             propose_partners(&ring(), &[50, 53], &settings(), chosen).unwrap_err()

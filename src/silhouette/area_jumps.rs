@@ -5,7 +5,9 @@ use super::frame_report::{Flag, FrameReport};
 use crate::numeric::{median, robust_deviation};
 
 /// Smallest jump that counts: a second difference of ln(area) of .15 is an area 7.5 % off the
-/// middle of its neighbours. A galloping animal stays under .05 at 24 frames a second.
+/// middle of its neighbours. True masks of a camel, a flamingo, a rhino and a jumping horse at 24
+/// frames a second stay at .054 or less; the thirteen plates of Muybridge's gallop reach .152, which
+/// the clip's own range forgives.
 const LEAST_JUMP: f64 = 0.15;
 
 /// And in robust deviations of the clip's own second differences: a shot whose areas are all noisy

@@ -92,6 +92,21 @@ fn bad_masks_and_constant_components_are_said() {
 }
 
 #[test]
+fn a_clip_of_flagged_masks_is_judged_by_what_they_are_flagged_for() {
+    let scores = gait(100, 24.3, 0.1, 1);
+    let verdict = |flagged: usize, uncertain: usize| {
+        let masks = MaskCounts { frames: 100, bad: 0, flagged, uncertain };
+        let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default()).unwrap();
+        let said = found.diagnosis.reasons.iter().any(|r| r.to_string().contains("are flagged"));
+        (found.diagnosis.verdict, said, found.diagnosis.advice.is_empty())
+    };
+    assert_eq!(verdict(0, 0), (Verdict::Usable, false, true));
+    // A close shot: every silhouette is cut alike.
+    assert_eq!(verdict(90, 0), (Verdict::Usable, true, true));
+    assert_eq!(verdict(90, 60), (Verdict::Doubtful, true, false));
+}
+
+#[test]
 fn frame_rates_that_are_none_are_refused() {
     let scores = gait(30, 10.0, 0.0, 1);
     for fps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
