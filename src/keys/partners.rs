@@ -20,11 +20,19 @@ pub struct PartnerSettings {
     /// of the period adds up over the steps between until the halves can no longer be told
     /// apart. Frames further away are taken only when there is none nearer. Default: 3.
     pub horizon_steps: f64,
+    /// Frames that must not be proposed: their silhouettes are not to be trusted. The user may
+    /// choose them all the same. Default: none.
+    pub exclude: Vec<usize>,
 }
 
 impl Default for PartnerSettings {
     fn default() -> Self {
-        Self { min_distance_frames: 3, step_period_frames: None, horizon_steps: 3.0 }
+        Self {
+            min_distance_frames: 3,
+            step_period_frames: None,
+            horizon_steps: 3.0,
+            exclude: Vec::new(),
+        }
     }
 }
 
@@ -155,6 +163,7 @@ fn nearest(
 ) -> Option<(f64, usize)> {
     let among = |horizon_steps: f64| {
         (0..coefficients.frames())
+            .filter(|f| !settings.exclude.contains(f))
             .filter(|&f| !taken[f] && in_other_half(key, f, settings, horizon_steps))
             .map(|f| (distance_sq(coefficients.point(key), coefficients.point(f)), f))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
@@ -227,6 +236,15 @@ mod tests {
         assert_eq!(user[1].frame, free[0].frame);
         assert!(user[1].chosen_by_user && !user[0].chosen_by_user);
         assert_ne!(user[0].frame, user[1].frame);
+    }
+
+    #[test]
+    fn excluded_frames_are_not_proposed_but_the_user_may_name_them() {
+        let free = propose_partners(&ring(), &[10], &settings(), &[]).unwrap()[0].frame;
+        let without = PartnerSettings { exclude: vec![free], ..settings() };
+        assert_ne!(propose_partners(&ring(), &[10], &without, &[]).unwrap()[0].frame, free);
+        let named = propose_partners(&ring(), &[10], &without, &[(0, free)]).unwrap();
+        assert_eq!((named[0].frame, named[0].chosen_by_user), (free, true));
     }
 
     #[test]

@@ -23,4 +23,6 @@ pub use max_flow::{Cut, GridCut, GridProblem};
 pub use mixture::{Mixture, MixtureSettings};
 pub use monotone::rising_fit;
 pub use phase::{CyclePhase, wrapped};
-pub use statistics::{correlation, mean, standard_deviation, standardized};
+pub use statistics::{
+    correlation, mean, median, robust_deviation, standard_deviation, standardized,
+};

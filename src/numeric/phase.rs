@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::Coefficients;
+use super::{Coefficients, median};
 
 /// Share of a phase error that the tracker takes over at once, for a point at the median radius.
 /// With this and [`RATE_GAIN`] the loop follows a speed that drifts by a tenth within two cycles.
@@ -108,13 +108,6 @@ fn centred(mut column: Vec<f64>) -> Vec<f64> {
     let mean = column.iter().sum::<f64>() / column.len() as f64;
     column.iter_mut().for_each(|v| *v -= mean);
     column
-}
-
-/// Lower median, 0 of nothing.
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
 }
 
 /// Measured angles with the whole turns that a phase-locked loop gives them.

@@ -40,6 +40,25 @@ pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     mean(&products).clamp(-1.0, 1.0)
 }
 
+/// The lower median; 0 of an empty series.
+#[must_use]
+pub fn median(series: &[f64]) -> f64 {
+    let mut sorted = series.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
+}
+
+/// Median distance from the median, times the factor that makes it the standard deviation of a
+/// normal distribution: outliers, up to half of the series, hardly move it. 0 of an empty series.
+#[must_use]
+pub fn robust_deviation(series: &[f64]) -> f64 {
+    /// 1 / Φ⁻¹(3/4).
+    const OF_NORMAL: f64 = 1.482_602_218_505_602;
+    let centre = median(series);
+    let distances: Vec<f64> = series.iter().map(|v| (v - centre).abs()).collect();
+    OF_NORMAL * median(&distances)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,5 +77,16 @@ mod tests {
         assert_eq!(standardized(&[0.1; 7]), vec![0.0; 7]);
         assert_eq!(correlation(&[0.1; 3], &[1.0, 2.0, 3.0]), 0.0);
         assert_eq!(standard_deviation(&[]), 0.0);
+    }
+
+    #[test]
+    fn outliers_do_not_move_the_robust_deviation() {
+        assert_eq!(median(&[3.0, 1.0, 2.0, 9.0]), 2.0);
+        assert_eq!((median(&[]), robust_deviation(&[])), (0.0, 0.0));
+        let mut series: Vec<f64> = (0..101).map(|i| f64::from(i) / 50.0 - 1.0).collect();
+        // Uniform on -1…1: half of it lies within .5 of the middle.
+        assert!((robust_deviation(&series) - 0.5 * 1.4826).abs() < 1e-3);
+        series[3] = 1e6;
+        assert!((robust_deviation(&series) - 0.5 * 1.4826).abs() < 0.05);
     }
 }

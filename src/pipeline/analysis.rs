@@ -4,7 +4,10 @@ use crate::error::Result;
 use crate::image_pca::ImagePca;
 use crate::mask::Mask;
 use crate::numeric::Coefficients;
-use crate::silhouette::{Status, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed};
+use crate::shot::FlaggedFrames;
+use crate::silhouette::{
+    Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed,
+};
 use crate::spectrum::{self, MaskCounts, SpectralAnalysis};
 
 /// Everything the analysis of a clip's masks gives.
@@ -37,9 +40,10 @@ impl MaskAnalysis {
     }
 }
 
-/// Cuts, analyses and judges the masks of a clip. An empty mask says nothing, and one that the
-/// border of the picture cuts says something else than the gait: both are left out of the PCA and
-/// bridged, unless most of the clip is cut (a close shot), when the cut masks are all there is.
+/// Cuts, analyses and judges the masks of a clip of which nothing else is known. An empty mask says
+/// nothing, and one that the border of the picture cuts says something else than the gait: both are
+/// left out of the PCA and bridged, unless most of the clip is cut (a close shot), when the cut
+/// masks are all there is.
 ///
 /// # Errors
 /// As [`ImagePca::fit`] and [`spectrum::analyse`].
@@ -50,8 +54,28 @@ pub fn analyse_masks(
     scale_trend: TrendRemoval,
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
-    let windows = windowed(masks, WindowSettings { scale_trend });
-    let used = usable(masks);
+    let reports: Vec<FrameReport> =
+        masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
+    let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
+    analyse_usable(masks, usable, fps, components, scale_trend, settings)
+}
+
+/// The same with the choice of frames given. A mask that is not used changes nothing: neither the
+/// window's size nor the trend of scale.
+pub(super) fn analyse_usable(
+    masks: &[Mask],
+    usable: Usable,
+    fps: f64,
+    components: usize,
+    scale_trend: TrendRemoval,
+    settings: &spectrum::Settings,
+) -> Result<MaskAnalysis> {
+    let Usable { used, flagged, uncertain } = usable;
+    let blank = |(mask, used): (&Mask, &bool)| {
+        if *used { mask.clone() } else { Mask::new(mask.width(), mask.height()) }
+    };
+    let kept: Vec<Mask> = masks.iter().zip(&used).map(blank).collect();
+    let windows = windowed(&kept, WindowSettings { scale_trend });
     let good: Vec<&Mask> =
         windows.masks.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m).collect();
     if good.is_empty() {
@@ -61,21 +85,50 @@ pub fn analyse_masks(
     }
     let pca = ImagePca::fit(&good, components)?;
     let scores = bridged(&pca.scores, &used);
-    let counts = MaskCounts { frames: masks.len(), bad: masks.len() - good.len() };
+    let bad = masks.len() - good.len();
+    let counts = MaskCounts { frames: masks.len(), bad, flagged, uncertain };
     let spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
     Ok(MaskAnalysis { windows, used, pca, scores, spectral })
 }
 
 /// Which masks enter the PCA.
-fn usable(masks: &[Mask]) -> Vec<bool> {
-    let filled: Vec<bool> = masks.iter().map(|m| !m.is_empty()).collect();
-    let whole: Vec<bool> = masks
-        .iter()
-        .enumerate()
-        .map(|(t, m)| report_of_mask(t, m).status == Status::Tracked)
-        .collect();
-    let count = |flags: &[bool]| flags.iter().filter(|f| **f).count();
-    if 2 * count(&whole) > count(&filled) { whole } else { filled }
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Usable {
+    /// For each frame, whether it does.
+    used: Vec<bool>,
+    /// Flagged frames that are used because most of the clip is flagged.
+    flagged: usize,
+    /// Of these, the ones with another flag than that they reach the border.
+    uncertain: usize,
+}
+
+impl Usable {
+    /// A frame is used when its mask is not empty and carries no excluding flag. When that leaves
+    /// half of the masks or less (a close shot, a veiled one), or when the user says so, all that
+    /// are not empty are used.
+    pub(super) fn of(masks: &[Mask], reports: &[FrameReport], flagged: FlaggedFrames) -> Self {
+        let filled: Vec<bool> = masks.iter().map(|m| !m.is_empty()).collect();
+        if flagged == FlaggedFrames::Use {
+            return Self { used: filled, flagged: 0, uncertain: 0 };
+        }
+        let flags = |t: usize| reports.get(t).map_or(Flags::NONE, |r| r.flags);
+        let sound: Vec<bool> =
+            filled.iter().enumerate().map(|(t, f)| *f && !flags(t).exclude()).collect();
+        let count = |frames: &[bool]| frames.iter().filter(|f| **f).count();
+        if 2 * count(&sound) > count(&filled) {
+            return Self { used: sound, flagged: 0, uncertain: 0 };
+        }
+        let uncertain = |t: &usize| {
+            let mut other = flags(*t);
+            other.remove(Flag::AtBorder);
+            filled[*t] && other.exclude()
+        };
+        Self {
+            flagged: count(&filled) - count(&sound),
+            uncertain: (0..filled.len()).filter(uncertain).count(),
+            used: filled,
+        }
+    }
 }
 
 /// Spreads the scores of the used frames over all frames, linear between neighbours and constant
@@ -105,14 +158,68 @@ fn bridged(scores: &Coefficients, used: &[bool]) -> Coefficients {
 mod tests {
     use super::*;
 
+    fn clip(pattern: &str) -> (Vec<Mask>, Vec<FrameReport>) {
+        let masks: Vec<Mask> = pattern
+            .chars()
+            .map(|c| match c {
+                'e' => Mask::new(9, 9),
+                'b' => Mask::from_fn(9, 9, |x, y| x < 3 && (3..6).contains(&y)),
+                _ => Mask::from_fn(9, 9, |x, y| (3..6).contains(&x) && (3..6).contains(&y)),
+            })
+            .collect();
+        let mut reports: Vec<FrameReport> =
+            masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
+        for (report, c) in reports.iter_mut().zip(pattern.chars()) {
+            match c {
+                'o' => report.flags.insert(Flag::Occluded),
+                'p' => report.flags.insert(Flag::SeveralPieces),
+                _ => {}
+            }
+        }
+        (masks, reports)
+    }
+
+    fn usable(pattern: &str, flagged: FlaggedFrames) -> (String, usize, usize) {
+        let (masks, reports) = clip(pattern);
+        let found = Usable::of(&masks, &reports, flagged);
+        let used = found.used.iter().map(|u| if *u { '1' } else { '0' }).collect();
+        (used, found.flagged, found.uncertain)
+    }
+
     #[test]
-    fn masks_cut_by_the_border_are_left_out_unless_most_are() {
-        let whole = Mask::from_fn(9, 9, |x, y| (3..6).contains(&x) && (3..6).contains(&y));
-        let cut = Mask::from_fn(9, 9, |x, y| x < 3 && (3..6).contains(&y));
-        let empty = Mask::new(9, 9);
-        let some = [whole.clone(), cut.clone(), whole.clone(), empty.clone()];
-        assert_eq!(usable(&some), [true, false, true, false]);
-        assert_eq!(usable(&[whole, cut.clone(), cut, empty]), [true, true, true, false]);
+    fn flagged_and_empty_masks_are_left_out_unless_most_are() {
+        let leave = FlaggedFrames::LeaveOut;
+        assert_eq!(usable("wbpeo..", leave), ("1010011".to_owned(), 0, 0));
+        assert_eq!(usable("wbbe", leave), ("1110".to_owned(), 2, 0));
+        assert_eq!(usable("wbooe", leave), ("11110".to_owned(), 3, 2));
+        assert_eq!(usable("wbpeo..", FlaggedFrames::Use), ("1110111".to_owned(), 0, 0));
+        assert_eq!(usable("", leave), (String::new(), 0, 0));
+    }
+
+    #[test]
+    fn a_mask_that_is_left_out_changes_nothing() {
+        let disc = |t: usize, radius: f64| {
+            let radius = radius + 2.0 * (0.5 * t as f64).sin();
+            Mask::from_fn(80, 80, |x, y| (x as f64 - 40.0).hypot(y as f64 - 40.0) < radius)
+        };
+        let mut masks: Vec<Mask> = (0..40).map(|t| disc(t, 12.0)).collect();
+        let mut reports: Vec<FrameReport> =
+            masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
+        masks[17] = disc(17, 30.0);
+        reports[17].flags.insert(Flag::AreaJump);
+        let settings = spectrum::Settings::default();
+        let analysed = |masks: &[Mask]| {
+            let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
+            analyse_usable(masks, usable, 25.0, 2, TrendRemoval::Auto, &settings).unwrap()
+        };
+        let found = analysed(&masks);
+        assert!(!found.used[17] && found.used[16]);
+        masks[17] = disc(17, 35.0);
+        let other = analysed(&masks);
+        assert_eq!(found.scores, other.scores);
+        assert_eq!(found.windows, other.windows);
+        let middle = (found.scores.point(16)[0] + found.scores.point(18)[0]) / 2.0;
+        assert!((found.scores.point(17)[0] - middle).abs() < 1e-12);
     }
 
     #[test]

@@ -61,6 +61,8 @@ pub fn choose(
     let partners = if request.partners {
         let settings = PartnerSettings {
             step_period_frames: known_period(request.step_frames, coefficients.frames()),
+            // A partner is posed as a key is: what must not be a key must not be its partner.
+            exclude: request.keys.exclude.clone(),
             ..PartnerSettings::default()
         };
         propose_partners(coefficients, &choice.frames, &settings, &request.partner_of)?

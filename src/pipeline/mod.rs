@@ -18,7 +18,7 @@ pub use choose::{Chosen, KeyRequest, choose, interpolation_weights, time_order};
 pub use demo::{demo, pose_from_truth};
 pub use new::{NewShot, NewShotReport, new_shot};
 pub use progress::{NoProgress, Progress};
-pub use segment::{SegmentSummary, segment};
+pub use segment::{FlaggedLine, SegmentSummary, SilhouetteLine, segment};
 pub use stages::{AnalyzeResult, KeysResult, analyze, keys, stored_masks_hash, weights};
 
 /// How a stage runs.

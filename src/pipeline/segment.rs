@@ -9,23 +9,87 @@ use crate::error::{Error, Result};
 use crate::frames::strokes::{self, Said};
 use crate::mask::{Mask, default_stroke_radius_px};
 use crate::shot::{
-    Freshness, Input, Reads, Shot, Stage, StageWriter, hash_value, number, paths, table,
+    Freshness, Input, Reads, Shot, SilhouetteTable, Stage, StageWriter, hash_value, paths,
 };
-use crate::silhouette::{FrameReport, Segmenter, StrokeHints, report_of_mask};
+use crate::silhouette::{
+    Flag, Flags, FrameReport, Segmenter, StrokeHints, flag_area_jumps, least_sure, report_of_mask,
+};
 
-/// What `segment` did.
+/// What `segment` found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SegmentSummary {
     /// Number of frames.
     pub frames: usize,
-    /// Frames in which the animal was lost or nothing of its colour was seen.
-    pub lost_frames: Vec<usize>,
-    /// Frames whose silhouette reaches the border of the picture.
-    pub border_frames: Vec<usize>,
+    /// What is known of each frame's silhouette, in order.
+    pub silhouettes: Vec<SilhouetteLine>,
+    /// The flags that occur with the frames that carry them, the gravest first.
+    pub flagged: Vec<FlaggedLine>,
+    /// The least sure frame, worth correcting next; `None` when there is none.
+    pub correct_next: Option<usize>,
     /// Masks edited by hand, which were kept.
     pub kept: Vec<String>,
     /// Whether anything had to be done.
     pub ran: bool,
+}
+
+/// One frame's silhouette, for people and programs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SilhouetteLine {
+    /// The frame, from 0.
+    pub frame: usize,
+    /// Its time, seconds.
+    pub time_s: f64,
+    /// Area of the silhouette, pixels.
+    pub area_px: usize,
+    /// Its centre of mass, pixels; `None` of an empty mask.
+    pub centre_px: Option<(f64, f64)>,
+    /// How sure the outline is, 0 to 1.
+    pub confidence: f64,
+    /// What was noticed, the gravest first.
+    pub flags: Flags,
+    /// The same in words, joined by semicolons; empty without flags.
+    pub words: String,
+}
+
+/// A flag with the frames that carry it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlaggedLine {
+    /// Its name.
+    pub flag: &'static str,
+    /// What it says, a sentence.
+    pub words: &'static str,
+    /// Whether such frames are left out of the PCA unless the settings say otherwise.
+    pub excludes: bool,
+    /// The frames, ascending.
+    pub frames: Vec<usize>,
+}
+
+impl SegmentSummary {
+    fn of(reports: &[FrameReport], fps: f64, outcome: Outcome) -> Self {
+        let line = |r: &FrameReport| SilhouetteLine {
+            frame: r.frame,
+            time_s: r.frame as f64 / fps,
+            area_px: r.area_px,
+            centre_px: r.centre_px,
+            confidence: r.confidence,
+            flags: r.flags,
+            words: r.flags.iter().map(Flag::sentence).collect::<Vec<_>>().join("; "),
+        };
+        let flagged = |flag: Flag| FlaggedLine {
+            flag: flag.name(),
+            words: flag.sentence(),
+            excludes: flag.excludes(),
+            frames: reports.iter().filter(|r| r.flags.contains(flag)).map(|r| r.frame).collect(),
+        };
+        Self {
+            frames: reports.len(),
+            silhouettes: reports.iter().map(line).collect(),
+            flagged: Flag::ALL.map(flagged).into_iter().filter(|f| !f.frames.is_empty()).collect(),
+            correct_next: least_sure(reports),
+            kept: outcome.kept,
+            ran: outcome.ran,
+        }
+    }
 }
 
 /// Makes one mask a frame, unless they are up to date. Masks edited by hand are kept.
@@ -36,10 +100,12 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     let reads = Reads::from([
         ("source".to_owned(), shot.source_hash()?),
         ("settings".to_owned(), hash_value(&(&shot.settings.source, &shot.settings.silhouette))),
+        // A table of other columns is made anew.
+        ("columns".to_owned(), SilhouetteTable::COLUMNS.join(",")),
     ]);
     if !options.force && shot.freshness(Stage::Segment, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Segment)? };
-        return summary(shot, &outcome);
+        return summary(shot, outcome);
     }
     let mut work = Work {
         writer: shot.begin(Stage::Segment, reads, options.force)?,
@@ -55,9 +121,10 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     if work.reports.is_empty() {
         return Err(Error::NoFrames { folder: shot.folder().to_owned() });
     }
-    work.writer.put(paths::SILHOUETTES, reports_csv(&work.reports, shot.fps()).as_bytes())?;
+    let table = SilhouetteTable { reports: work.reports };
+    work.writer.put(paths::SILHOUETTES, table.to_csv(shot.fps()).as_bytes())?;
     let written = work.writer.commit()?;
-    summary(shot, &Outcome { ran: true, kept: written.kept })
+    summary(shot, Outcome { ran: true, kept: written.kept })
 }
 
 /// Masks on their way to the folder.
@@ -166,6 +233,8 @@ fn from_footage(shot: &Shot, work: &mut Work) -> Result<()> {
         work.put(&mask, report)?;
         frame += 1;
     }
+    // Masks from a person are not doubted; the segmenter's own may have slipped for some frames.
+    flag_area_jumps(&mut work.reports);
     Ok(())
 }
 
@@ -186,40 +255,28 @@ fn hints(
     Ok(StrokeHints { foreground: thick.and_not(&background), background })
 }
 
-fn reports_csv(reports: &[FrameReport], fps: f64) -> String {
-    let header = ["frame", "time_s", "area_px", "centre_x_px", "centre_y_px", "status"];
-    let rows = reports.iter().map(|r| {
-        let (x, y) =
-            r.centre_px.map_or((String::new(), String::new()), |(x, y)| (number(x), number(y)));
-        vec![
-            r.frame.to_string(),
-            number(r.frame as f64 / fps),
-            r.area_px.to_string(),
-            x,
-            y,
-            r.status.name().to_owned(),
-        ]
-    });
-    table(&header.map(str::to_owned), rows)
+fn summary(shot: &Shot, outcome: Outcome) -> Result<SegmentSummary> {
+    Ok(SegmentSummary::of(&shot.frame_reports()?, shot.fps(), outcome))
 }
 
-fn summary(shot: &Shot, outcome: &Outcome) -> Result<SegmentSummary> {
-    let mut found = SegmentSummary {
-        frames: 0,
-        lost_frames: Vec::new(),
-        border_frames: Vec::new(),
-        kept: outcome.kept.clone(),
-        ran: outcome.ran,
-    };
-    let path = shot.path(paths::SILHOUETTES);
-    let text = String::from_utf8_lossy(&crate::shot::read(&path)?).into_owned();
-    for (frame, line) in text.lines().skip(1).enumerate() {
-        found.frames = frame + 1;
-        match line.rsplit(',').next() {
-            Some("lost" | "empty") => found.lost_frames.push(frame),
-            Some("at_border") => found.border_frames.push(frame),
-            _ => {}
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_summary_names_flags_with_their_frames() {
+        let dot = Mask::from_fn(9, 9, |x, y| x == 4 && y == 4);
+        let cut = Mask::from_fn(9, 9, |x, _| x < 2);
+        let masks = [dot.clone(), cut.clone(), cut, dot];
+        let mut reports: Vec<FrameReport> =
+            masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
+        reports[1].flags.insert(Flag::Occluded);
+        reports[3].confidence = 0.3;
+        let found = SegmentSummary::of(&reports, 10.0, Outcome::default());
+        let flagged: Vec<_> = found.flagged.iter().map(|f| (f.flag, f.frames.clone())).collect();
+        assert_eq!(flagged, [("at_border", vec![1, 2]), ("occluded", vec![1])]);
+        assert_eq!((found.frames, found.correct_next), (4, Some(3)));
+        assert!(found.silhouettes[1].words.contains("; ") && found.silhouettes[0].words.is_empty());
+        assert_eq!(found.silhouettes[3].time_s, 0.3);
     }
-    Ok(found)
 }

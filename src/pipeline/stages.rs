@@ -1,6 +1,6 @@
 //! The stages between masks and poses.
 
-use super::analysis::{MaskAnalysis, analyse_masks};
+use super::analysis::{MaskAnalysis, Usable, analyse_usable};
 use super::choose::{KeyRequest, choose, interpolation_weights};
 use super::segment::segment;
 use super::{Options, Outcome};
@@ -48,12 +48,14 @@ pub fn stored_masks_hash(shot: &Shot) -> Result<String> {
 /// Masks to coefficients, spectrum and verdict.
 ///
 /// # Errors
-/// As [`segment`] and [`analyse_masks`].
+/// As [`segment`] and [`analyse_masks`](super::analyse_masks).
 pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     segment(shot, options.for_earlier_stage())?;
+    let reports = shot.frame_reports()?;
     let settings = (&shot.settings.analysis, shot.settings.silhouette.scale_trend, shot.fps());
     let reads = Reads::from([
         ("masks".to_owned(), stored_masks_hash(shot)?),
+        ("reports".to_owned(), hash_value(&reports)),
         ("settings".to_owned(), hash_value(&settings)),
     ]);
     if !options.force && shot.freshness(Stage::Analyze, &reads) == Freshness::UpToDate {
@@ -67,8 +69,9 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
         gait: shot.settings.analysis.gait,
         band_pass: shot.settings.analysis.band_pass,
     };
-    let found = analyse_masks(
+    let found = analyse_usable(
         &masks,
+        Usable::of(&masks, &reports, shot.settings.analysis.flagged_frames),
         shot.fps(),
         shot.settings.analysis.components,
         shot.settings.silhouette.scale_trend,
@@ -208,8 +211,10 @@ pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
 
 fn key_request(shot: &Shot, projections: &Projections, step_frames: f64) -> KeyRequest {
     let settings = &shot.settings.keys;
-    // A frame whose mask was empty has no picture worth posing.
-    let bad = (0..projections.used.len()).filter(|&t| !projections.used[t]);
+    // A frame whose silhouette was left out has bridged coefficients: where it lies in the cycle is
+    // a guess, and its picture may not show the whole animal. Whom the user names is posed anyway.
+    let bad = (0..projections.used.len())
+        .filter(|&t| !projections.used[t] && !settings.include.contains(&t));
     let mut exclude: Vec<usize> = settings.exclude.iter().copied().chain(bad).collect();
     exclude.sort_unstable();
     exclude.dedup();

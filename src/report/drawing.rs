@@ -35,12 +35,13 @@ const DEVIATIONS: f64 = 2.0;
 pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
     let masks = shot.masks()?;
     let keys = shot.keys(masks.len())?;
+    let reports = shot.frame_reports()?;
     let reads = Reads::from([
         ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
         ("masks".to_owned(), hash_files(&shot.mask_files()?)?),
         ("analysis".to_owned(), hash_file(&shot.path(paths::DIAGNOSIS))?),
         ("source".to_owned(), shot.source_hash()?),
-        ("settings".to_owned(), hash_value(&(&shot.settings.source, shot.name()))),
+        ("settings".to_owned(), hash_value(&(&shot.settings.source, shot.name(), &reports))),
     ]);
     if !force && shot.freshness(Stage::Sheets, &reads) == Freshness::UpToDate {
         return Ok(Vec::new());
@@ -65,7 +66,8 @@ pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
             time_s: Some(frame as f64 / shot.fps()),
             picture: pictures.get(&frame),
             mask: &masks[frame],
-            finding: None,
+            confidence: Some(reports[frame].confidence),
+            flags: reports[frame].flags,
         })
         .collect();
     let title = format!("{}: silhouettes", shot.name());

@@ -13,6 +13,7 @@
 
 mod canvas;
 mod drawing;
+mod overlay;
 pub mod page;
 mod palette;
 pub mod plots;
@@ -21,6 +22,7 @@ pub mod sheets;
 mod stored_page;
 
 pub use drawing::{draw_sheets, write_page};
+pub use overlay::{OverlayDrawn, draw_overlay};
 pub use png::Png;
 
 /// A key image as the plots and sheets mark it.

@@ -14,6 +14,8 @@ pub(super) const GRID: Rgb = [0xe3, 0xe7, 0xec];
 pub(super) const SHADE: Rgb = [0xf6, 0xe3, 0xd3];
 /// What the eye should find first: keys, outlines of silhouettes.
 pub(super) const ACCENT: Rgb = [0xd5, 0x5e, 0x00];
+/// A thing worth a word that is not wrong.
+pub(super) const NOTED: Rgb = [0x00, 0x72, 0xb2];
 /// A thing in the background of a plot that still carries data.
 pub(super) const FAINT: Rgb = [0xa9, 0xb4, 0xc0];
 

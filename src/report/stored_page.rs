@@ -16,6 +16,7 @@ use crate::shot::{
     Input, PoseOfKey, Reads, SYNTHETIC_PREFIX, Shot, ShotFile, StoredDiagnosis, StoredKeys,
     WeightTable, paths, read,
 };
+use crate::silhouette::{Flag, FrameReport};
 
 /// Components that are drawn: PC1 and PC2 carry the gait, one more shows what does not.
 const DRAWN_COMPONENTS: usize = 3;
@@ -138,20 +139,17 @@ fn spectrum_plot(shot: &Shot, name: &str, d: &StoredDiagnosis) -> Result<super::
 }
 
 fn silhouette_plot(shot: &Shot, name: &str, fps: Option<f64>) -> Result<super::plots::Svg> {
-    let rows = number_rows(shot, paths::SILHOUETTES)?;
-    let cell = |r: &Vec<Option<f64>>, c: usize| r.get(c).copied().flatten().unwrap_or(f64::NAN);
-    let area: Vec<f64> = rows.iter().map(|r| cell(r, 2)).collect();
-    let centre: Vec<[f64; 2]> = rows.iter().map(|r| [cell(r, 3), cell(r, 4)]).collect();
-    let flagged: Vec<usize> = statuses(shot)?
-        .iter()
-        .enumerate()
-        .filter(|(_, s)| *s != "tracked")
-        .map(|(frame, _)| frame)
-        .collect();
+    let reports = shot.frame_reports()?;
+    let area: Vec<f64> = reports.iter().map(|r| r.area_px as f64).collect();
+    let centre: Vec<[f64; 2]> =
+        reports.iter().map(|r| r.centre_px.map_or([f64::NAN; 2], |(x, y)| [x, y])).collect();
+    let confidence: Vec<f64> = reports.iter().map(|r| r.confidence).collect();
+    let flagged: Vec<usize> = reports.iter().filter(|r| r.is_excluded()).map(|r| r.frame).collect();
     silhouette_measures(&SilhouetteMeasures {
         shot: name,
         area_px: &area,
         centre_px: &centre,
+        confidence: &confidence,
         flagged: &flagged,
         fps,
     })
@@ -161,12 +159,6 @@ fn silhouette_plot(shot: &Shot, name: &str, fps: Option<f64>) -> Result<super::p
 fn number_rows(shot: &Shot, file: &str) -> Result<Vec<Vec<Option<f64>>>> {
     let text = String::from_utf8_lossy(&read(&shot.path(file))?).into_owned();
     Ok(text.lines().skip(1).map(|l| l.split(',').map(|c| c.parse().ok()).collect()).collect())
-}
-
-fn statuses(shot: &Shot) -> Result<Vec<String>> {
-    let text = String::from_utf8_lossy(&read(&shot.path(paths::SILHOUETTES))?).into_owned();
-    let last = |line: &str| line.rsplit(',').next().unwrap_or_default().to_owned();
-    Ok(text.lines().skip(1).map(last).collect())
 }
 
 /// Everything the page shows.
@@ -313,30 +305,22 @@ fn animation(shot: &Shot) -> Result<AnimationSummary> {
     })
 }
 
-/// Runs of frames whose status is not "tracked".
+/// Runs of frames with the same flags.
 fn findings(shot: &Shot) -> Result<Vec<Finding>> {
-    let mut found: Vec<Finding> = Vec::new();
-    for (frame, status) in statuses(shot)?.iter().enumerate() {
-        let what = match status.as_str() {
-            "tracked" => continue,
-            "at_border" => "the silhouette reaches the border of the picture",
-            "lost" => "the animal was lost",
-            _ => "no silhouette",
-        };
-        match found.last_mut() {
-            Some(last) if last.last_frame + 1 == frame && last.what == what => {
-                last.last_frame = frame;
-            }
-            _ => {
-                found.push(Finding {
-                    first_frame: frame,
-                    last_frame: frame,
-                    what: what.to_owned(),
-                });
-            }
-        }
-    }
-    Ok(found)
+    let reports = shot.frame_reports()?;
+    let finding = |run: &[FrameReport]| {
+        let (first, last) = (run.first()?, run.last()?);
+        let words: Vec<&str> = first.flags.iter().map(Flag::sentence).collect();
+        let least = run.iter().map(|r| r.confidence).fold(f64::INFINITY, f64::min);
+        (!words.is_empty()).then(|| Finding {
+            first_frame: first.frame,
+            last_frame: last.frame,
+            what: words.join("; "),
+            confidence: Some(least),
+            excludes: first.is_excluded(),
+        })
+    };
+    Ok(reports.chunk_by(|a, b| a.flags == b.flags).filter_map(finding).collect())
 }
 
 /// Every setting in the order of the file, marked where it differs from its default.

@@ -4,6 +4,7 @@ mod lock;
 mod record;
 mod relative;
 mod settings;
+mod silhouettes;
 mod source;
 mod store;
 mod stored;
@@ -15,7 +16,10 @@ use std::path::{Path, PathBuf};
 pub use lock::Lock;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
-pub use settings::{Analysis, Animation, Keys, Method, PoseOfKey, Poses, ShotFile, Source};
+pub use settings::{
+    Analysis, Animation, FlaggedFrames, Keys, Method, PoseOfKey, Poses, ShotFile, Source,
+};
+pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
@@ -38,6 +42,8 @@ pub enum Stage {
     Weights,
     /// Poses and weights to the animated rig.
     Animate,
+    /// The outlines over the footage.
+    Overlay,
     /// The key images and contact sheet.
     Sheets,
     /// The page and its plots.
@@ -54,6 +60,7 @@ impl Stage {
             Stage::Keys => "keys",
             Stage::Weights => "weights",
             Stage::Animate => "animate",
+            Stage::Overlay => "overlay",
             Stage::Sheets => "sheets",
             Stage::Report => "report",
         }
@@ -66,6 +73,8 @@ pub mod paths {
     pub const SETTINGS: &str = "shot.toml";
     /// Per-frame report of the segmentation.
     pub const SILHOUETTES: &str = "analysis/silhouettes.csv";
+    /// The outlines over the footage, flagged frames among them.
+    pub const OVERLAY: &str = "analysis/overlay.png";
     /// Coefficients.
     pub const PROJECTIONS: &str = "analysis/projections.csv";
     /// Spectra.

@@ -126,12 +126,30 @@ pub struct Analysis {
     pub gait: spectrum::Gait,
     /// Whether keys and interpolation use band-passed scores.
     pub band_pass: bool,
+    /// What becomes of frames whose flags say that the outline is not the animal's.
+    pub flagged_frames: FlaggedFrames,
 }
 
 impl Default for Analysis {
     fn default() -> Self {
-        Self { components: 5, gait: spectrum::Gait::Unknown, band_pass: true }
+        Self {
+            components: 5,
+            gait: spectrum::Gait::Unknown,
+            band_pass: true,
+            flagged_frames: FlaggedFrames::LeaveOut,
+        }
     }
+}
+
+/// What becomes of frames that carry an excluding flag.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FlaggedFrames {
+    /// They are left out of the PCA and bridged, unless most of the clip is flagged.
+    #[default]
+    LeaveOut,
+    /// They are used as they are.
+    Use,
 }
 
 /// `[keys]`.
@@ -336,6 +354,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     (
         "analysis.band_pass",
         "Keys and interpolation use the scores after the band-pass (true) or the raw ones (false).",
+    ),
+    (
+        "analysis.flagged_frames",
+        "leave-out: frames whose silhouette is flagged are bridged; use: they count as they are.",
     ),
     ("keys.count", "Number of key images: 4 for a run, 4 with partners for a walk."),
     (

@@ -50,7 +50,7 @@ pub struct StoredDiagnosis {
     pub window_px: [usize; 2],
     /// The slow trend of scale; null when too few silhouettes are whole.
     pub scale_trend: Option<StoredTrend>,
-    /// Frames left out of the PCA and bridged: their mask is empty or cut by the border.
+    /// Frames left out of the PCA and bridged: their mask is empty or flagged.
     pub bad_frames: Vec<usize>,
 }
 

@@ -194,7 +194,7 @@ pub fn number(value: f64) -> String {
     format!("{value}")
 }
 
-fn records(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<String>>> {
+pub(super) fn records(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<String>>> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
     let mut rows = Vec::new();
     for (at, record) in reader.records().enumerate() {
@@ -212,7 +212,7 @@ fn numbers(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
         .collect()
 }
 
-fn parse(path: &Path, line: usize, cell: &str) -> Result<f64> {
+pub(super) fn parse(path: &Path, line: usize, cell: &str) -> Result<f64> {
     match cell.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(Error::table(path, line, &format!("«{cell}» is not a finite number"))),

@@ -1,14 +1,20 @@
 //! Footage to silhouettes: colour models from two rectangles, clean-up, the component that is the
 //! animal, the window about it, and the removal of a slow trend of scale (seed 003, section 2.2).
 
+mod area_jumps;
 mod colour;
+mod frame_report;
 mod scale_trend;
 mod segmenter;
 mod track;
 mod window;
 
+pub use area_jumps::{area_jumps, flag_area_jumps};
 pub use colour::{ColourModels, ColourSettings};
+pub use frame_report::{
+    Flag, Flags, FrameReport, least_sure, report_of_corrected_mask, report_of_mask,
+};
 pub use scale_trend::{ScaleTrend, TrendRemoval};
 pub use segmenter::{CleanSettings, Segmenter, Settings, StrokeHints};
-pub use track::{FrameReport, GateSettings, Status, report_of_mask};
+pub use track::GateSettings;
 pub use window::{WindowSettings, Windowed, windowed};

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::colour::{ColourModels, ColourSettings};
+use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
 use super::scale_trend::TrendRemoval;
-use super::track::{FrameReport, GateSettings, Status, Tracker, report_of_mask};
+use super::track::{GateSettings, Tracker};
 use crate::error::Result;
 use crate::image::{Picture, Rectangle};
 use crate::mask::{Mask, linked_components};
@@ -112,9 +113,13 @@ impl Segmenter {
         let (mask, found_any) = self.animal(&cleaned, hints);
         let frame = self.frame;
         self.frame += 1;
-        let mut report = report_of_mask(frame, &mask);
+        let mut report = match hints {
+            Some(_) => report_of_corrected_mask(frame, &mask),
+            None => report_of_mask(frame, &mask),
+        };
         if mask.is_empty() && found_any {
-            report.status = Status::Lost;
+            report.flags.remove(Flag::Empty);
+            report.flags.insert(Flag::Lost);
         }
         (mask, report)
     }

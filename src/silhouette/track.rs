@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::frame_report::touches_border;
 use crate::image::Rectangle;
 use crate::mask::{Component, Mask};
 
@@ -20,67 +21,6 @@ impl Default for GateSettings {
     fn default() -> Self {
         Self { distance: 0.9, area_factor: 3.0 }
     }
-}
-
-/// What became of the animal in a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    /// Found where it was expected.
-    Tracked,
-    /// Found, but it reaches the picture's border: a part may be outside.
-    AtBorder,
-    /// No component passed the gate; the mask is empty.
-    Lost,
-    /// Nothing of the animal's colour was in the picture; the mask is empty.
-    Empty,
-}
-
-impl Status {
-    /// Whether the mask says nothing about the animal's shape.
-    #[must_use]
-    pub fn is_bad(self) -> bool {
-        matches!(self, Status::Lost | Status::Empty)
-    }
-
-    /// The word used in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Status::Tracked => "tracked",
-            Status::AtBorder => "at_border",
-            Status::Lost => "lost",
-            Status::Empty => "empty",
-        }
-    }
-}
-
-/// One line of the tracker's report.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FrameReport {
-    /// The frame, counted from 0.
-    pub frame: usize,
-    /// Area of the silhouette, pixels.
-    pub area_px: usize,
-    /// Its centre of mass, pixels; `None` of an empty mask.
-    pub centre_px: Option<(f64, f64)>,
-    /// What became of the animal.
-    pub status: Status,
-}
-
-/// The report of a mask that came from outside (a matte, a sketch, a paint program).
-#[must_use]
-pub fn report_of_mask(frame: usize, mask: &Mask) -> FrameReport {
-    let status = match mask.bounds() {
-        None => Status::Empty,
-        Some(b) if touches_border(&b, mask.width(), mask.height()) => Status::AtBorder,
-        Some(_) => Status::Tracked,
-    };
-    FrameReport { frame, area_px: mask.area(), centre_px: mask.centre_of_mass(), status }
-}
-
-fn touches_border(b: &crate::mask::Bounds, width: usize, height: usize) -> bool {
-    b.left == 0 || b.top == 0 || b.right + 1 == width || b.bottom + 1 == height
 }
 
 /// Follows the animal's component.
@@ -255,14 +195,5 @@ mod tests {
         for x in [4.0, 9.0, 14.0, 19.0, 24.0] {
             assert!(tracker.next(&discs(&[(x, 50.0, 18.0)]), SIZE).is_some(), "{x}");
         }
-    }
-
-    #[test]
-    fn masks_from_outside_are_reported_too() {
-        assert_eq!(report_of_mask(3, &Mask::new(5, 5)).status, Status::Empty);
-        let all = Mask::from_fn(5, 5, |_, _| true);
-        assert_eq!(report_of_mask(3, &all).status, Status::AtBorder);
-        let dot = Mask::from_fn(5, 5, |x, y| x == 2 && y == 2);
-        assert_eq!(report_of_mask(3, &dot).status, Status::Tracked);
     }
 }

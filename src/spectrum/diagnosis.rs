@@ -66,8 +66,12 @@ impl fmt::Display for Verdict {
 pub struct MaskCounts {
     /// All frames.
     pub frames: usize,
-    /// Frames whose mask is empty or was flagged by the tracker.
+    /// Frames whose mask was left out: it is empty, or flagged.
     pub bad: usize,
+    /// Frames that are flagged but were used, because most of the clip is flagged.
+    pub flagged: usize,
+    /// Of these, the ones that are flagged for more than reaching the border.
+    pub uncertain: usize,
 }
 
 /// One finding behind the verdict; `Display` says it in words.
@@ -121,7 +125,16 @@ pub enum Reason {
         /// Their share, 0…1.
         share: f64,
     },
-    /// Masks are empty or flagged.
+    /// Most masks are flagged, so they were used all the same.
+    FlaggedMasks {
+        /// How many flagged masks were used.
+        flagged: usize,
+        /// How many of these for more than reaching the border.
+        uncertain: usize,
+        /// Of how many frames.
+        frames: usize,
+    },
+    /// Masks are empty or flagged, and were left out.
     BadMasks {
         /// How many.
         bad: usize,
@@ -143,6 +156,14 @@ impl Reason {
             Reason::FewCycles { cycles } => graded(cycles >= LEAST_CYCLES),
             Reason::FewFramesPerCycle { frames } => graded(frames >= LEAST_FRAMES_PER_CYCLE),
             Reason::LittleVariance { .. } => Verdict::Doubtful,
+            // A close shot cuts every silhouette alike, which is still a rhythm.
+            Reason::FlaggedMasks { uncertain, frames, .. } => {
+                if is_doubtful(uncertain, frames) {
+                    Verdict::Doubtful
+                } else {
+                    Verdict::Usable
+                }
+            }
             Reason::BadMasks { bad, frames } => {
                 graded((bad as f64) < UNUSABLE_BAD_MASKS * frames as f64)
             }
@@ -163,6 +184,8 @@ impl Reason {
             Reason::FewCycles { .. } => &[Advice::MoreFrames],
             Reason::FewFramesPerCycle { .. } => &[Advice::HigherFrameRate],
             Reason::LittleVariance { .. } => &[Advice::CheckMasks, Advice::DrawStrokes],
+            Reason::FlaggedMasks { .. } if self.verdict() == Verdict::Usable => &[],
+            Reason::FlaggedMasks { .. } => &[Advice::CheckMasks, Advice::DrawStrokes],
             Reason::BadMasks { .. } => &[Advice::CheckMasks, Advice::DrawStrokes],
         }
     }
@@ -207,8 +230,12 @@ impl fmt::Display for Reason {
                 "PC1 and PC2 hold {:.0} % of the silhouettes' variation; the rest is noise or other motion",
                 100.0 * share
             ),
+            Reason::FlaggedMasks { flagged, frames, .. } => write!(
+                f,
+                "{flagged} of {frames} masks are flagged, too many to leave them out: they were used as they are"
+            ),
             Reason::BadMasks { bad, frames } => {
-                write!(f, "{bad} of {frames} masks are empty or flagged")
+                write!(f, "{bad} of {frames} masks are empty or flagged and were left out")
             }
         }
     }
@@ -283,7 +310,11 @@ impl Diagnosis {
         if share < GOOD_SHARE {
             reasons.push(Reason::LittleVariance { share });
         }
-        if masks.bad as f64 > DOUBTFUL_BAD_MASKS * masks.frames as f64 {
+        let MaskCounts { frames, flagged, uncertain, .. } = masks;
+        if flagged > 0 {
+            reasons.push(Reason::FlaggedMasks { flagged, uncertain, frames });
+        }
+        if is_doubtful(masks.bad, masks.frames) {
             reasons.push(Reason::BadMasks { bad: masks.bad, frames: masks.frames });
         }
         reasons.sort_by_key(|r| std::cmp::Reverse(r.verdict()));
@@ -296,6 +327,11 @@ impl Diagnosis {
         }
         Self { verdict, cycles, reasons, advice }
     }
+}
+
+/// Whether so many masks make a clip doubtful.
+fn is_doubtful(bad: usize, frames: usize) -> bool {
+    bad as f64 > DOUBTFUL_BAD_MASKS * frames as f64
 }
 
 fn component_reasons(components: &[ComponentLine], quadrature_deg: Option<f64>) -> Vec<Reason> {

@@ -32,7 +32,7 @@ fn uniform(rng: &mut impl Rng) -> f64 {
 const SHARES: [f64; 4] = [0.31, 0.2, 0.11, 0.08];
 
 fn run(scores: &Coefficients, fps: f64) -> SpectralAnalysis {
-    let masks = MaskCounts { frames: scores.frames(), bad: 0 };
+    let masks = MaskCounts { frames: scores.frames(), ..MaskCounts::default() };
     analyse(scores, &SHARES, fps, masks, &Settings::default()).unwrap()
 }
 
@@ -82,13 +82,28 @@ fn two_components_in_phase_are_no_circle() {
 #[test]
 fn bad_masks_and_constant_components_are_said() {
     let scores = gait(100, 24.3, 0.1, 1);
-    let masks = MaskCounts { frames: 100, bad: 60 };
+    let masks = MaskCounts { frames: 100, bad: 60, ..MaskCounts::default() };
     let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default()).unwrap();
     assert_eq!(found.diagnosis.verdict, Verdict::Unusable);
     let flat = Coefficients::from_columns(&[scores.column(0), vec![0.0; 100]]).unwrap();
     let found = run(&flat, 25.0);
     assert!(matches!(found.diagnosis.reasons[0], Reason::ConstantComponent { component: 2 }));
     assert_eq!(found.band_passed.column(1), vec![0.0; 100]);
+}
+
+#[test]
+fn a_clip_of_flagged_masks_is_judged_by_what_they_are_flagged_for() {
+    let scores = gait(100, 24.3, 0.1, 1);
+    let verdict = |flagged: usize, uncertain: usize| {
+        let masks = MaskCounts { frames: 100, bad: 0, flagged, uncertain };
+        let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default()).unwrap();
+        let said = found.diagnosis.reasons.iter().any(|r| r.to_string().contains("are flagged"));
+        (found.diagnosis.verdict, said, found.diagnosis.advice.is_empty())
+    };
+    assert_eq!(verdict(0, 0), (Verdict::Usable, false, true));
+    // A close shot: every silhouette is cut alike.
+    assert_eq!(verdict(90, 0), (Verdict::Usable, true, true));
+    assert_eq!(verdict(90, 60), (Verdict::Doubtful, true, false));
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub(crate) enum Command {
     /// Make a shot folder from footage, mattes or strokes.
     New(New),
     /// Footage (and strokes) to masks.
-    Segment(Stage),
+    Segment(Segment),
     /// Image PCA, spectrum, and the verdict whether the clip carries a usable gait.
     Analyze(Analyze),
     /// The frames worth posing, with a contact sheet.
@@ -123,6 +123,18 @@ pub(crate) struct Stage {
     pub(crate) force: bool,
 }
 
+/// `segment`.
+#[derive(Debug, Args)]
+pub(crate) struct Segment {
+    /// The shot and how to treat it.
+    #[command(flatten)]
+    pub(crate) stage: Stage,
+    /// Also draw the outlines over frames of the footage, flagged ones among them, as
+    /// analysis/overlay.png.
+    #[arg(long)]
+    pub(crate) overlay: bool,
+}
+
 /// `analyze`.
 #[derive(Debug, Args)]
 pub(crate) struct Analyze {
@@ -132,9 +144,21 @@ pub(crate) struct Analyze {
     /// Whether left and right do the same half a stride apart (walk, trot, pace) or not (canter, gallop).
     #[arg(long, value_enum)]
     pub(crate) gait: Option<GaitSymmetry>,
+    /// Whether frames whose silhouette is flagged are left out and bridged, or used as they are. Default: leave-out.
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub(crate) flagged: Option<Flagged>,
     /// Exit with 3 when the clip is unusable.
     #[arg(long)]
     pub(crate) strict: bool,
+}
+
+/// What becomes of frames whose silhouette is flagged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Flagged {
+    /// Left out of the PCA and bridged, unless most of the clip is flagged.
+    LeaveOut,
+    /// Used as they are.
+    Use,
 }
 
 /// What is known of the gait's symmetry.

@@ -167,6 +167,10 @@ pub struct Finding {
     pub last_frame: usize,
     /// What was found, a sentence.
     pub what: String,
+    /// The least confidence of these frames, 0 to 1, where it is known.
+    pub confidence: Option<f64>,
+    /// Whether it speaks against using these frames.
+    pub excludes: bool,
 }
 
 /// One setting.

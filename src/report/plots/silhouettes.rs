@@ -15,7 +15,9 @@ pub struct SilhouetteMeasures<'a> {
     /// Centre of mass at each frame, pixels from the left and from the top; NaN where there is
     /// no silhouette.
     pub centre_px: &'a [[f64; 2]],
-    /// Frames with a finding (lost, jumped, cut by the border), rising.
+    /// How sure the outline of each frame is, 0 to 1; empty where that is not known.
+    pub confidence: &'a [f64],
+    /// Frames with a flag that keeps them out of the PCA (lost, jumped, cut by the border), rising.
     pub flagged: &'a [usize],
     /// Frames a second, for the labels in seconds.
     pub fps: Option<f64>,
@@ -23,26 +25,31 @@ pub struct SilhouetteMeasures<'a> {
 
 const LEFT_PX: f64 = 84.0;
 const WIDTH_PX: f64 = 760.0;
-const PANEL_PX: f64 = 120.0;
+const PANEL_PX: f64 = 110.0;
 const GAP_PX: f64 = 20.0;
 const TOP_PX: f64 = 92.0;
 
-/// Area, and centre of mass from the left and from the top, over time; flagged frames shaded.
+/// Area, centre of mass from the left and from the top, and confidence over time; flagged frames
+/// shaded.
 ///
 /// # Errors
 /// [`Error::Drawing`](crate::Error::Drawing) when the drawing library refuses.
 pub fn silhouette_measures(input: &SilhouetteMeasures) -> Result<Svg> {
     let across: Vec<f64> = input.centre_px.iter().map(|c| c[0]).collect();
     let down: Vec<f64> = input.centre_px.iter().map(|c| c[1]).collect();
-    let curves: [(&str, &[f64], &[f64]); 3] = [
+    let mut curves: Vec<(&str, &[f64], &[f64])> = vec![
         ("area (px)", input.area_px, &[0.0]),
         ("centre x (px)", &across, &[]),
         ("centre y (px)", &down, &[]),
     ];
+    if !input.confidence.is_empty() {
+        curves.push(("confidence", input.confidence, &[0.0, 1.0]));
+    }
+    let panels = curves.len() as f64;
     let frames = input.area_px.len().max(input.centre_px.len());
-    let height = TOP_PX + 3.0 * PANEL_PX + 2.0 * GAP_PX + 52.0;
+    let height = TOP_PX + panels * PANEL_PX + (panels - 1.0) * GAP_PX + 52.0;
     let spoken = format!(
-        "Area and centre of the silhouette of {} over {frames} frames, {} of them flagged",
+        "Area, centre and confidence of the silhouette of {} over {frames} frames, {} of them flagged",
         input.shot,
         input.flagged.len()
     );
@@ -73,7 +80,7 @@ pub fn silhouette_measures(input: &SilhouetteMeasures) -> Result<Svg> {
             panel.x_grid(figure, &whole_ticks(panel.x, 10))?;
             panel.y_axis(figure, name, &ticks(panel.y, 5))?;
             figure.line(&panel.curve(values), Stroke::solid(series(i), 1.8))?;
-            if i == 2 {
+            if i + 1 == curves.len() {
                 frame_axis(figure, &panel, input.fps)?;
             }
         }

@@ -12,4 +12,5 @@ mod tile;
 
 pub use contact_sheet::{KeyTile, contact_sheet, key_image};
 pub use eigen_sheet::{EigenRow, eigen_sheet};
+pub(super) use overlay_sheet::reduced;
 pub use overlay_sheet::{FrameTile, evenly_chosen, overlay_sheet};

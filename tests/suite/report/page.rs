@@ -87,11 +87,15 @@ fn full() -> PageData {
                 first_frame: 16,
                 last_frame: 16,
                 what: "The silhouette jumped by 61 pixels.".to_owned(),
+                confidence: Some(0.81),
+                excludes: false,
             },
             Finding {
                 first_frame: 30,
                 last_frame: 32,
                 what: "The animal was lost: no part of the picture looked like it.".to_owned(),
+                confidence: None,
+                excludes: true,
             },
         ]),
         settings: vec![

@@ -121,10 +121,14 @@ pub(super) fn some_measures() -> Svg {
             }
         })
         .collect();
+    let confidence: Vec<f64> = (0..FRAMES)
+        .map(|t| if (30..33).contains(&t) { 0.0 } else { 0.9 + 0.1 * clip::clean(0)[t] / 1.5 })
+        .collect();
     silhouette_measures(&SilhouetteMeasures {
         shot: "meadow horse",
         area_px: &area,
         centre_px: &centre,
+        confidence: &confidence,
         flagged: &[30, 31, 32],
         fps: Some(FPS),
     })
@@ -250,6 +254,7 @@ fn degenerate_data_give_a_plot_all_the_same() {
             shot: "",
             area_px: &nan,
             centre_px: &[],
+            confidence: &[],
             flagged: &[7],
             fps: None,
         }),

@@ -4,6 +4,7 @@ use muybridge::image::Picture;
 use muybridge::mask::Mask;
 use muybridge::report::sheets::*;
 use muybridge::report::{KeyMark, Png};
+use muybridge::silhouette::{Flag, Flags};
 
 use super::clip::{self, CYCLE, FPS, FRAMES};
 
@@ -44,7 +45,12 @@ pub(super) fn overlay() -> Png {
             time_s: Some(frames[i] as f64 / FPS),
             picture: Some(&pictures[i]),
             mask: &masks[i],
-            finding: (i == 3).then_some("jumped"),
+            confidence: Some(1.0 - i as f64 / 20.0),
+            flags: match i {
+                3 => Flag::AreaJump.into(),
+                5 => Flags::from(Flag::Corrected).with(Flag::SeveralPieces),
+                _ => Flags::NONE,
+            },
         })
         .collect();
     Png::encode(&overlay_sheet("meadow horse: silhouettes", &tiles)).unwrap()

@@ -2,12 +2,12 @@
 
 use muybridge::pipeline;
 use muybridge::report;
-use muybridge::shot::StoredDiagnosis;
+use muybridge::shot::{FlaggedFrames, StoredDiagnosis};
 use muybridge::spectrum::Gait;
 
 use super::{open, options};
 use crate::Ending;
-use crate::args::{Analyze, GaitSymmetry};
+use crate::args::{Analyze, Flagged, GaitSymmetry};
 use crate::output::Output;
 use crate::terminal::Bars;
 
@@ -18,6 +18,13 @@ pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::R
             GaitSymmetry::Unknown => Gait::Unknown,
             GaitSymmetry::Symmetric => Gait::Symmetric,
             GaitSymmetry::Asymmetric => Gait::Asymmetric,
+        };
+        shot.save_settings()?;
+    }
+    if let Some(flagged) = args.flagged {
+        shot.settings.analysis.flagged_frames = match flagged {
+            Flagged::LeaveOut => FlaggedFrames::LeaveOut,
+            Flagged::Use => FlaggedFrames::Use,
         };
         shot.save_settings()?;
     }

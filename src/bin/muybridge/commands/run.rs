@@ -31,7 +31,7 @@ pub(crate) fn execute(args: &Run, output: &Output, bars: &Bars) -> anyhow::Resul
     bars.finish();
 
     let page = shown(&shot.path(paths::REPORT));
-    let mut text = segment::text(&masks, &shown(&shot.path("masks")));
+    let mut text = segment::text(&masks, &shot);
     text.push_str(&analyze::text(&analyzed.diagnosis));
     text.push_str(&keys::text(&chosen.keys, &shot));
     match &animation {
