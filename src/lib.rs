@@ -43,6 +43,7 @@ pub mod numeric;
 
 pub mod frames;
 pub mod mask;
+pub mod motion;
 pub mod rig;
 
 pub mod export;

@@ -9,6 +9,7 @@ const RANKS: &[(&str, u8)] = &[
     ("image", 1),
     ("numeric", 1),
     ("mask", 2),
+    ("motion", 2),
     ("rig", 2),
     ("frames", 2),
     ("silhouette", 3),
