@@ -378,6 +378,12 @@ pub enum Error {
         /// The drawing library's reason.
         reason: String,
     },
+    /// The footage ended sooner when it was read a second time.
+    #[error("the footage ends before frame {frame}, which was there a moment ago")]
+    SourceChanged {
+        /// The first frame that is gone.
+        frame: usize,
+    },
     // ---- work --------------------------------------------------------------------------------
     /// The work was stopped by the user (Ctrl-C or a progress callback that said stop).
     #[error("interrupted")]

@@ -121,6 +121,9 @@ impl Error {
                  `muybridge analyze --force`"
                     .to_owned(),
             ),
+            Error::SourceChanged { .. } => {
+                Some("leave the footage as it is while it is worked on, and run the command again".to_owned())
+            }
             Error::Interrupted => Some("run the same command again to go on".to_owned()),
             // ---- keys, interpolate
             Error::KeyCountOutOfRange { .. }

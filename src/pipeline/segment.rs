@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::footage::{corrected_masks, from_footage};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
 use crate::frames::strokes::{self, Said};
 use crate::mask::{Mask, default_stroke_radius_px};
 use crate::shot::{
-    Freshness, Input, Reads, Shot, SilhouetteTable, Stage, StageWriter, hash_value, paths,
+    Freshness, Input, Reads, Shot, SilhouetteTable, Stage, StageWriter, hash_files, hash_value,
+    paths,
 };
-use crate::silhouette::{
-    Flag, Flags, FrameReport, Segmenter, StrokeHints, flag_area_jumps, least_sure, report_of_mask,
-};
+use crate::silhouette::{Flag, Flags, FrameReport, least_sure, report_of_mask};
 
 /// What `segment` found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -97,11 +97,13 @@ impl SegmentSummary {
 /// # Errors
 /// Whatever the source fails with; [`Error::NoRectangles`] for footage without rectangles.
 pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
+    let corrected = corrected_masks(shot, options)?;
     let reads = Reads::from([
         ("source".to_owned(), shot.source_hash()?),
         ("settings".to_owned(), hash_value(&(&shot.settings.source, &shot.settings.silhouette))),
         // A table of other columns is made anew.
         ("columns".to_owned(), SilhouetteTable::COLUMNS.join(",")),
+        ("corrections".to_owned(), hash_files(&corrected)?),
     ]);
     if !options.force && shot.freshness(Stage::Segment, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Segment)? };
@@ -116,7 +118,7 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     match shot.input()? {
         Input::Mattes => from_mattes(shot, &mut work)?,
         Input::Strokes => from_strokes(shot, &mut work)?,
-        Input::Footage => from_footage(shot, &mut work)?,
+        Input::Footage => from_footage(shot, &corrected, &mut work)?,
     }
     if work.reports.is_empty() {
         return Err(Error::NoFrames { folder: shot.folder().to_owned() });
@@ -128,19 +130,31 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
 }
 
 /// Masks on their way to the folder.
-struct Work<'a> {
-    writer: StageWriter,
-    reports: Vec<FrameReport>,
-    options: Options<'a>,
-    total: Option<usize>,
+pub(super) struct Work<'a> {
+    pub(super) writer: StageWriter,
+    pub(super) reports: Vec<FrameReport>,
+    pub(super) options: Options<'a>,
+    /// Number of frames, where it is known before they are read.
+    pub(super) total: Option<usize>,
 }
 
 impl Work<'_> {
+    /// Takes in the mask of the next frame.
     fn put(&mut self, mask: &Mask, report: FrameReport) -> Result<()> {
-        let frame = self.reports.len();
-        self.writer.put(&paths::mask(frame), &mask.to_png()?)?;
+        self.store(mask, report)?;
+        self.step(self.reports.len())
+    }
+
+    /// The same without telling the progress.
+    pub(super) fn store(&mut self, mask: &Mask, report: FrameReport) -> Result<()> {
+        self.writer.put(&paths::mask(self.reports.len()), &mask.to_png()?)?;
         self.reports.push(report);
-        if self.options.progress.step(Stage::Segment, frame + 1, self.total) {
+        Ok(())
+    }
+
+    /// Tells that as much as `done` frames' work is done.
+    pub(super) fn step(&self, done: usize) -> Result<()> {
+        if self.options.progress.step(Stage::Segment, done, self.total) {
             Ok(())
         } else {
             Err(Error::Interrupted)
@@ -188,71 +202,11 @@ fn from_strokes(shot: &Shot, work: &mut Work) -> Result<()> {
     Ok(())
 }
 
-fn stroke_radius(shot: &Shot, width: usize, height: usize) -> usize {
+pub(super) fn stroke_radius(shot: &Shot, width: usize, height: usize) -> usize {
     match shot.settings.silhouette.stroke_radius_px {
         0 => default_stroke_radius_px(width, height),
         radius => radius,
     }
-}
-
-fn from_footage(shot: &Shot, work: &mut Work) -> Result<()> {
-    let Some(mut footage) = shot.footage()? else {
-        return Err(Error::NoSource { folder: shot.folder().to_owned() });
-    };
-    let source = &shot.settings.source;
-    let rectangles = match (source.foreground(), source.background()) {
-        (Some(foreground), Some(background)) => (foreground, background),
-        _ => match shot.synthetic()? {
-            Some(synthetic) => synthetic.rectangles(),
-            None => return Err(Error::NoRectangles { folder: shot.folder().to_owned() }),
-        },
-    };
-    let files = shot.strokes()?;
-    let offset = shot.range()?.map_or(0, |r| r.first());
-    work.total = footage.frame_count();
-    let mut segmenter: Option<Segmenter> = None;
-    let mut frame = 0;
-    while let Some(picture) = footage.next_frame()? {
-        let segmenter = match &mut segmenter {
-            Some(segmenter) => segmenter,
-            none => none.insert(Segmenter::new(
-                &picture,
-                rectangles.0,
-                rectangles.1,
-                &shot.settings.silhouette,
-            )?),
-        };
-        let stroke = files.iter().find(|(f, _)| *f == frame + offset);
-        let hints = match stroke {
-            Some((number, path)) => {
-                Some(hints(shot, path, *number, (picture.width(), picture.height()))?)
-            }
-            None => None,
-        };
-        let (mask, report) = segmenter.push(&picture, hints.as_ref());
-        work.put(&mask, report)?;
-        frame += 1;
-    }
-    // Masks from a person are not doubted; the segmenter's own may have slipped for some frames.
-    flag_area_jumps(&mut work.reports);
-    Ok(())
-}
-
-/// Strokes over footage: white is animal and is thickened; black, where the picture has
-/// transparency to tell it from unsaid, is background.
-fn hints(
-    shot: &Shot,
-    path: &std::path::Path,
-    frame: usize,
-    size: (usize, usize),
-) -> Result<StrokeHints> {
-    let read = strokes::read(path, frame, Some(size))?;
-    let drawn = |said: Said| {
-        Mask::from_fn(read.width, read.height, |x, y| read.said[y * read.width + x] == said)
-    };
-    let background = drawn(Said::Background);
-    let thick = drawn(Said::Foreground).dilated(stroke_radius(shot, read.width, read.height));
-    Ok(StrokeHints { foreground: thick.and_not(&background), background })
 }
 
 fn summary(shot: &Shot, outcome: Outcome) -> Result<SegmentSummary> {

@@ -1,5 +1,6 @@
 //! The shot folder: where every file of a shot is, and how it is loaded and saved. No algorithm.
 
+mod camera;
 mod lock;
 mod record;
 mod relative;
@@ -13,6 +14,7 @@ mod template;
 
 use std::path::{Path, PathBuf};
 
+pub use camera::CameraTable;
 pub use lock::Lock;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
@@ -73,6 +75,8 @@ pub mod paths {
     pub const SETTINGS: &str = "shot.toml";
     /// Per-frame report of the segmentation.
     pub const SILHOUETTES: &str = "analysis/silhouettes.csv";
+    /// How the camera moved.
+    pub const CAMERA: &str = "analysis/camera.csv";
     /// The outlines over the footage, flagged frames among them.
     pub const OVERLAY: &str = "analysis/overlay.png";
     /// Coefficients.

@@ -309,6 +309,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     ),
     ("source.background", "A rectangle clear of the animal on the first frame."),
     (
+        "silhouette.method",
+        "\"plate\": colour, background plate and place together; \"colour\": colour alone, frame by frame, as the seed does it (faster, worse on most footage).",
+    ),
+    (
         "silhouette.scale_trend",
         "Remove a slow change of size (an animal that walks away): auto, on, off.",
     ),

@@ -250,7 +250,7 @@ pub fn report_of_corrected_mask(frame: usize, mask: &Mask) -> FrameReport {
 }
 
 /// An outline as sure as this is not worth a correction.
-const SURE: f64 = 0.75;
+const SURE: f64 = 0.9;
 
 /// The frame whose correction is worth most: the least sure one, the first of equals. `None` when
 /// all are sure enough.

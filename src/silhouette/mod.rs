@@ -2,19 +2,31 @@
 //! animal, the window about it, and the removal of a slow trend of scale (seed 003, section 2.2).
 
 mod area_jumps;
+mod clip;
 mod colour;
+mod colour_table;
+mod correction;
+mod drafts;
+mod evidence;
+mod field;
 mod frame_report;
+mod lab_image;
+mod location;
+mod outline;
+mod plate;
 mod scale_trend;
 mod segmenter;
 mod track;
 mod window;
 
 pub use area_jumps::{area_jumps, flag_area_jumps};
+pub use clip::{ClipSegmenter, STRETCH_FRAMES};
 pub use colour::{ColourModels, ColourSettings};
+pub use correction::Labels;
 pub use frame_report::{
     Flag, Flags, FrameReport, least_sure, report_of_corrected_mask, report_of_mask,
 };
 pub use scale_trend::{ScaleTrend, TrendRemoval};
-pub use segmenter::{CleanSettings, Segmenter, Settings, StrokeHints};
+pub use segmenter::{CleanSettings, Method, Segmenter, Settings};
 pub use track::GateSettings;
 pub use window::{WindowSettings, Windowed, windowed};

@@ -1,9 +1,9 @@
-//! One frame after the other: classify, clean, follow.
+//! The seed's segmentation, one frame after the other: classify by colour, clean, follow.
 
 use serde::{Deserialize, Serialize};
 
 use super::colour::{ColourModels, ColourSettings};
-use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
+use super::frame_report::{Flag, FrameReport, report_of_mask};
 use super::scale_trend::TrendRemoval;
 use super::track::{GateSettings, Tracker};
 use crate::error::Result;
@@ -13,10 +13,25 @@ use crate::mask::{Mask, linked_components};
 /// Components under this share of the picture are never the animal.
 const LEAST_AREA_SHARE: f64 = 2e-4;
 
+/// How silhouettes are found in footage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// From colour, background plate and place together, over the whole clip
+    /// ([`ClipSegmenter`](super::ClipSegmenter)).
+    #[default]
+    Plate,
+    /// By colour alone, frame by frame, as the seed does it ([`Segmenter`]): faster, and worse on
+    /// most footage.
+    Colour,
+}
+
 /// All settings of this room.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
+    /// How silhouettes are found.
+    pub method: Method,
     /// The colour models.
     pub colour: ColourSettings,
     /// The clean-up.
@@ -52,16 +67,7 @@ impl Default for CleanSettings {
     }
 }
 
-/// What the user drew on one frame.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StrokeHints {
-    /// Pixels said to be the animal.
-    pub foreground: Mask,
-    /// Pixels said to be background.
-    pub background: Mask,
-}
-
-/// Turns pictures into silhouettes, front to back.
+/// Turns pictures into silhouettes by their colours, front to back.
 #[derive(Debug)]
 pub struct Segmenter {
     models: ColourModels,
@@ -92,31 +98,34 @@ impl Segmenter {
         })
     }
 
+    /// The same segmenter for pictures reduced to `size`: the colours stay, the first place of the
+    /// animal is scaled.
+    #[must_use]
+    pub(super) fn on_size(mut self, size: (usize, usize), from: (usize, usize)) -> Self {
+        let x = |v: usize| v * size.0 / from.0;
+        let y = |v: usize| v * size.1 / from.1;
+        let r = self.foreground;
+        self.foreground = Rectangle {
+            x: x(r.x),
+            y: y(r.y),
+            width: x(r.width).max(1),
+            height: y(r.height).max(1),
+        };
+        self
+    }
+
     /// The colour models in use.
     #[must_use]
     pub fn models(&self) -> &ColourModels {
         &self.models
     }
 
-    /// The silhouette of the next picture. Strokes are taken as truth where they are drawn; they
-    /// also decide which component is the animal.
-    pub fn push(&mut self, picture: &Picture, hints: Option<&StrokeHints>) -> (Mask, FrameReport) {
-        let raw = self.models.classify(picture);
-        let raw = match hints {
-            Some(hints) => raw.or(&hints.foreground).and_not(&hints.background),
-            None => raw,
-        };
-        let mut cleaned = cleaned(&raw, &self.clean);
-        if let Some(hints) = hints {
-            cleaned = cleaned.or(&hints.foreground).and_not(&hints.background);
-        }
-        let (mask, found_any) = self.animal(&cleaned, hints);
+    /// The silhouette of the next picture.
+    pub fn push(&mut self, picture: &Picture) -> (Mask, FrameReport) {
+        let (mask, found_any) = self.animal(&cleaned(&self.models.classify(picture), &self.clean));
         let frame = self.frame;
         self.frame += 1;
-        let mut report = match hints {
-            Some(_) => report_of_corrected_mask(frame, &mask),
-            None => report_of_mask(frame, &mask),
-        };
+        let mut report = report_of_mask(frame, &mask);
         if mask.is_empty() && found_any {
             report.flags.remove(Flag::Empty);
             report.flags.insert(Flag::Lost);
@@ -125,18 +134,14 @@ impl Segmenter {
     }
 
     /// The animal's component with its small holes filled, and whether there was any candidate.
-    fn animal(&mut self, cleaned: &Mask, hints: Option<&StrokeHints>) -> (Mask, bool) {
+    fn animal(&mut self, cleaned: &Mask) -> (Mask, bool) {
         let size = (cleaned.width(), cleaned.height());
         let least = (LEAST_AREA_SHARE * (size.0 * size.1) as f64).ceil() as usize;
         let diagonal = (size.0 as f64).hypot(size.1 as f64);
         let gap = (self.clean.link.clamp(0.0, 0.1) * diagonal).round() as usize;
         let mut candidates = linked_components(cleaned, gap);
         candidates.retain(|c| c.area_px >= least);
-        let drawn = hints.filter(|h| !h.foreground.is_empty());
-        if let Some(hints) = drawn {
-            candidates.retain(|c| c.common_area(&hints.foreground) > 0);
-        }
-        let found = if self.frame == 0 && drawn.is_none() {
+        let found = if self.frame == 0 {
             self.tracker.first(&candidates, self.foreground, size)
         } else {
             self.tracker.next(&candidates, size)

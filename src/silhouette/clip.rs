@@ -1,0 +1,278 @@
+//! A clip's silhouettes from two rectangles: seen once front to back, drafted as a whole, outlined
+//! frame by frame.
+//!
+//! A long clip is worked through in stretches of at most [`STRETCH_FRAMES`] frames, so that memory
+//! is bounded; each begins with the colours of the first frame and the place where the stretch
+//! before it left the animal.
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::correction::Labels;
+use super::drafts::{Clip, Drafted, bytes};
+use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
+use super::lab_image::{LabImage, reduced};
+use super::outline::{Scale, outline};
+use super::segmenter::{Segmenter, Settings};
+use crate::error::Result;
+use crate::image::{Picture, Rectangle};
+use crate::mask::{Connectivity, Mask, components};
+use crate::motion::{CameraPath, Pyramid, Registration, register};
+use crate::numeric::GridCut;
+
+/// Most frames of a stretch: their sketches and plates take about .5 MB a frame.
+pub const STRETCH_FRAMES: usize = 480;
+
+/// Most pixels of a sketch, the size at which the clip is worked through as a whole.
+const SKETCH_PIXELS: usize = 110_000;
+
+/// Most pixels of the size at which outlines are cut; larger footage has its outline found there
+/// and drawn smoothly at its own size.
+const OUTLINE_PIXELS: usize = 4 * SKETCH_PIXELS;
+
+/// How far beyond the first guess pixels are kept out of the camera's estimate, as a share of the
+/// sketch's diagonal.
+const CAMERA_MARGIN: f64 = 0.01;
+
+/// Under this confidence an outline is flagged.
+const LEAST_CONFIDENCE: f64 = 0.5;
+
+/// Segments one clip.
+pub struct ClipSegmenter {
+    guess: Segmenter,
+    size: (usize, usize),
+    sketch: (usize, usize),
+    fine: (usize, usize),
+    seed: u64,
+    fps: f64,
+    /// Index of the stretch's first frame.
+    first: usize,
+    frames: Vec<LabImage>,
+    guesses: Vec<Mask>,
+    /// What a person said, at the footage's size, by frame of the clip.
+    labels: BTreeMap<usize, Labels>,
+    /// The last frame of the stretch before, which the camera is followed from.
+    before: Option<(LabImage, Mask)>,
+    /// The drafts without corrections, and with the corrections.
+    base: Option<Drafted>,
+    drafted: Option<Drafted>,
+    /// The stretch's camera, pixels of the sketch, and the whole clip's, pixels of the footage.
+    path: CameraPath,
+    camera: CameraPath,
+}
+
+impl ClipSegmenter {
+    /// From the first picture, which still has to be observed. `labels` is what a person said, by
+    /// frame.
+    ///
+    /// # Errors
+    /// As [`super::ColourModels::fit`].
+    pub fn new(
+        first: &Picture,
+        foreground: Rectangle,
+        background: Rectangle,
+        fps: f64,
+        settings: &Settings,
+        labels: BTreeMap<usize, Labels>,
+    ) -> Result<Self> {
+        let size = (first.width(), first.height());
+        let sketch = within(size, SKETCH_PIXELS);
+        Ok(Self {
+            guess: Segmenter::new(first, foreground, background, settings)?.on_size(sketch, size),
+            size,
+            sketch,
+            fine: within(size, OUTLINE_PIXELS),
+            seed: settings.colour.seed,
+            fps,
+            first: 0,
+            frames: Vec::new(),
+            guesses: Vec::new(),
+            labels,
+            before: None,
+            base: None,
+            drafted: None,
+            path: CameraPath::default(),
+            camera: CameraPath::default(),
+        })
+    }
+
+    /// Takes in the next picture of a stretch. The first picture after a draft begins the next one.
+    pub fn observe(&mut self, picture: &Picture) {
+        if self.drafted.take().is_some() {
+            self.base = None;
+            self.first += self.frames.len();
+            self.before = self.frames.pop().zip(self.guesses.pop());
+            self.frames.clear();
+            self.guesses.clear();
+        }
+        let small = sized(picture, self.sketch);
+        let (mask, _) = self.guess.push(&small);
+        self.guesses.push(mask);
+        self.frames.push(LabImage::of(&small));
+    }
+
+    /// Replaces what a person said; the next [`draft`](Self::draft) goes by it.
+    pub fn correct(&mut self, labels: BTreeMap<usize, Labels>) {
+        self.labels = labels;
+    }
+
+    /// Works the observed stretch through; a second time only the corrections. `step` is told how
+    /// many of how many parts of the work under way are done and stops it by `false`; then this
+    /// returns `false`, and the stretch has no outlines.
+    pub fn draft(&mut self, step: &dyn Fn(usize, usize) -> bool) -> bool {
+        let fresh = self.base.is_none();
+        if fresh {
+            let camera = self.follow_camera();
+            self.path = if camera.is_static(self.sketch) { camera.stilled() } else { camera };
+            let scale = |whole: usize, sketch: usize| whole as f64 / sketch as f64;
+            let up = (scale(self.size.0, self.sketch.0), scale(self.size.1, self.sketch.1));
+            self.camera.extend(&self.path.rescaled(up));
+        }
+        let range = self.first..self.first + self.frames.len();
+        let labels = self
+            .labels
+            .range(range)
+            .map(|(t, labels)| (t - self.first, labels.resized(self.sketch)))
+            .collect();
+        let clip = Clip {
+            frames: std::mem::take(&mut self.frames),
+            from_first: self.path.from_first().iter().map(|m| *m.matrix()).collect(),
+            labels,
+            fps: self.fps,
+            seed: self.seed,
+        };
+        let go_on = Cell::new(true);
+        let told = |done: usize, all: usize| {
+            go_on.set(go_on.get() && step(done, all));
+            go_on.get()
+        };
+        if fresh {
+            // Nothing to learn from: no frame has an outline.
+            let nothing = Drafted { frames: Vec::new(), cues: Vec::new() };
+            self.base = Some(clip.base(&self.guesses, &told).unwrap_or(nothing));
+        }
+        self.drafted = self.base.as_ref().and_then(|base| clip.corrected(base, &told));
+        self.frames = clip.frames;
+        if !go_on.get() {
+            self.base = None;
+            self.drafted = None;
+        }
+        go_on.get()
+    }
+
+    /// The camera's motion over all stretches drafted so far, pixels of the footage.
+    #[must_use]
+    pub fn camera(&self) -> &CameraPath {
+        &self.camera
+    }
+
+    /// The silhouette of frame `t` of the clip, which lies in the stretch drafted last, and what is
+    /// known of it. Frames can be outlined in any order and side by side.
+    #[must_use]
+    pub fn outline(&self, t: usize, picture: &Picture, cut: &mut GridCut) -> (Mask, FrameReport) {
+        let labels = self.labels.get(&t);
+        if let Some(whole) = labels.filter(|l| l.is_whole()) {
+            return (whole.animal.clone(), report_of_corrected_mask(t, &whole.animal));
+        }
+        let draft = self.drafted.as_ref().and_then(|d| {
+            let draft = d.frames.get(t.checked_sub(self.first)?)?;
+            Some((draft, d.cues.get(draft.cues)?))
+        });
+        let Some((draft, cues)) = draft else {
+            let mask = Mask::new(self.size.0, self.size.1);
+            let report = report_of_mask(t, &mask);
+            return (mask, report);
+        };
+        let image = LabImage::of(&sized(picture, self.fine));
+        let fine_labels = labels.map(|l| l.resized(self.fine));
+        let (mask, confidence) = outline(&image, draft, cues, fine_labels.as_ref(), cut);
+        let mut mask = enlarged(&mask, self.size);
+        if let Some(labels) = labels {
+            mask = labels.applied_to(&mask);
+        }
+        let mut report = match labels {
+            Some(_) => report_of_corrected_mask(t, &mask),
+            None => FrameReport { confidence, ..report_of_mask(t, &mask) },
+        };
+        let pieces = components(&mask, Connectivity::Eight).len();
+        if pieces > 1 {
+            report.flags.insert(Flag::SeveralPieces);
+        }
+        if labels.is_none() && !mask.is_empty() && confidence < LEAST_CONFIDENCE {
+            report.flags.insert(Flag::LowConfidence);
+        }
+        (mask, report)
+    }
+
+    /// The camera's motion from frame to frame, without what the first guess takes for the animal.
+    fn follow_camera(&self) -> CameraPath {
+        let (w, h) = self.sketch;
+        let margin = (CAMERA_MARGIN * (w as f64).hypot(h as f64)).round() as usize;
+        let before = self.before.as_ref().map(|(frame, guess)| (frame, guess));
+        let all: Vec<(&LabImage, &Mask)> =
+            before.into_iter().chain(self.frames.iter().zip(&self.guesses)).collect();
+        let pyramids: Vec<Option<Pyramid>> =
+            all.par_iter().map(|(frame, _)| Pyramid::new(w, h, &frame.planes()[0])).collect();
+        let registrations: Vec<Option<Registration>> = (1..all.len())
+            .into_par_iter()
+            .map(|t| {
+                let animal = all[t - 1].1.dilated(margin);
+                let excluded: Vec<bool> = (0..w * h).map(|at| animal.get(at % w, at / w)).collect();
+                let (from, to) = (pyramids[t - 1].as_ref()?, pyramids[t].as_ref()?);
+                register(from, to, Some(&excluded)).or_else(|| register(from, to, None))
+            })
+            .collect();
+        let mut path = CameraPath::default();
+        if before.is_none() {
+            path.push(None);
+        }
+        for registration in registrations {
+            path.push(registration);
+        }
+        path
+    }
+}
+
+fn within(size: (usize, usize), most: usize) -> (usize, usize) {
+    let pixels = size.0 * size.1;
+    if pixels <= most {
+        return size;
+    }
+    let scale = (most as f64 / pixels as f64).sqrt();
+    let side = |s: usize| ((s as f64 * scale) as usize).max(1);
+    (side(size.0), side(size.1))
+}
+
+fn sized(picture: &Picture, size: (usize, usize)) -> Cow<'_, Picture> {
+    if (picture.width(), picture.height()) == size {
+        return Cow::Borrowed(picture);
+    }
+    reduced(picture, size.0, size.1).map_or(Cow::Borrowed(picture), Cow::Owned)
+}
+
+/// The mask at a larger size, its outline smooth: half-way between the pixels' centres.
+fn enlarged(mask: &Mask, size: (usize, usize)) -> Mask {
+    if (mask.width(), mask.height()) == size {
+        return mask.clone();
+    }
+    let Some(bounds) = mask.bounds() else { return Mask::new(size.0, size.1) };
+    let values: Vec<f32> = bytes(mask).into_iter().map(f32::from).collect();
+    let scale = Scale::new(size, (mask.width(), mask.height()));
+    let span = |low: usize, high: usize, small: usize, large: usize| {
+        (low.saturating_sub(1) * large / small, ((high + 2) * large / small).min(large - 1))
+    };
+    let (left, right) = span(bounds.left, bounds.right, mask.width(), size.0);
+    let (top, bottom) = span(bounds.top, bounds.bottom, mask.height(), size.1);
+    let mut result = Mask::new(size.0, size.1);
+    for y in top..=bottom {
+        for x in left..=right {
+            if scale.sample(&values, x, y) >= 0.5 {
+                result.set(x, y, true);
+            }
+        }
+    }
+    result
+}
