@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::correction::Labels;
-use super::drafts::{Clip, Drafted, bytes};
+use super::drafts::{Clip, Drafted};
+use super::expected::bytes;
 use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
 use super::lab_image::{LabImage, reduced};
 use super::outline::{Scale, outline};
@@ -23,8 +24,8 @@ use crate::mask::{Connectivity, Mask, components};
 use crate::motion::{CameraPath, Pyramid, Registration, register};
 use crate::numeric::GridCut;
 
-/// Most frames of a stretch: their sketches and plates take about .5 MB a frame.
-pub const STRETCH_FRAMES: usize = 480;
+/// Most frames of a stretch: their sketches and plates take up to .9 MB a frame.
+pub const STRETCH_FRAMES: usize = 240;
 
 /// Most pixels of a sketch, the size at which the clip is worked through as a whole.
 const SKETCH_PIXELS: usize = 110_000;

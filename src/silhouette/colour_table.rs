@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::evidence::STRONGEST;
-use super::lab_image::{LabImage, lab_of};
+use super::lab_image::lab_of;
 use crate::numeric::{Mixture, MixtureSettings};
 
 /// Bits a channel of the table: cells of two units of L* and four of a* and b*.
@@ -20,6 +19,9 @@ const MAX_SAMPLES: usize = 8_000;
 
 /// Variance under which colours do not differ, L*a*b* units squared.
 const VARIANCE_FLOOR: f64 = 4.0;
+
+/// The most that a cell holds, nats; users limit it further.
+const STRONGEST: f32 = 8.0;
 
 /// Share of each class that may have any colour, and the volume those are spread over.
 const OUTLIERS: f64 = 0.01;
@@ -65,11 +67,6 @@ impl ColourTable {
     pub(super) fn of(&self, bytes: [u8; 3]) -> f32 {
         let drop = 8 - BITS;
         self.cells[bytes.iter().fold(0, |at, &c| at << BITS | usize::from(c >> drop))]
-    }
-
-    /// The ratio of every pixel.
-    pub(super) fn over(&self, image: &LabImage) -> Vec<f32> {
-        (0..image.width() * image.height()).map(|at| self.of(image.at(at))).collect()
     }
 }
 

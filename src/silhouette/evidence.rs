@@ -7,7 +7,7 @@ const PRIOR_COUNT: f64 = 20.0;
 
 /// The most that one cue may say: odds of 55 to 1. Naive multiplication of cues that are not
 /// independent would otherwise be far too sure.
-pub(super) const STRONGEST: f32 = 4.0;
+const STRONGEST: f32 = 4.0;
 
 /// Natural logarithm of the likelihood ratio, animal over background, of each byte value.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,22 +16,45 @@ pub(super) struct Evidence {
 }
 
 /// Byte values seen inside the silhouettes drafted so far, and clear of them.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Counts {
-    pub(super) inside: Vec<u64>,
-    pub(super) outside: Vec<u64>,
+    pub(super) inside: Vec<f64>,
+    pub(super) outside: Vec<f64>,
+}
+
+impl Default for Counts {
+    fn default() -> Self {
+        Self { inside: vec![0.0; 256], outside: vec![0.0; 256] }
+    }
 }
 
 impl Counts {
-    pub(super) fn new() -> Self {
-        Self { inside: vec![0; 256], outside: vec![0; 256] }
-    }
-
+    /// Sums of whole numbers: the same in any order.
     pub(super) fn merged(mut self, other: &Self) -> Self {
-        let add = |a: &mut Vec<u64>, b: &[u64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        let add = |a: &mut Vec<f64>, b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
         add(&mut self.inside, &other.inside);
         add(&mut self.outside, &other.outside);
         self
+    }
+
+    /// As many counts as there are, `share` of them distributed as in `other`; where either is
+    /// empty, the other.
+    pub(super) fn mixed(&self, other: &Self, share: f64) -> Self {
+        let class = |own: &[f64], other: &[f64]| -> Vec<f64> {
+            let (total, others): (f64, f64) = (own.iter().sum(), other.iter().sum());
+            if others == 0.0 {
+                return own.to_vec();
+            }
+            if total == 0.0 {
+                return other.to_vec();
+            }
+            let scale = share * total / others;
+            own.iter().zip(other).map(|(a, b)| (1.0 - share) * a + scale * b).collect()
+        };
+        Self {
+            inside: class(&self.inside, &other.inside),
+            outside: class(&self.outside, &other.outside),
+        }
     }
 }
 
@@ -40,14 +63,14 @@ impl Evidence {
     /// like the background is never less likely the animal's), at most [`STRONGEST`] either way.
     /// The last value, a distance that is not known, says nothing.
     pub(super) fn from_counts(counts: &Counts) -> Self {
-        let density = |histogram: &[u64]| -> Vec<f64> {
+        let density = |histogram: &[f64]| -> Vec<f64> {
             let smooth: Vec<f64> = (0..255)
                 .map(|at| {
                     // Bins widen with the distance: large ones are rare and alike.
                     let reach = 1 + at / 12;
                     let (from, to) = (at.max(reach) - reach, (at + reach).min(254));
-                    let sum: u64 = histogram[from..=to].iter().sum();
-                    sum as f64 / (to + 1 - from) as f64
+                    let sum: f64 = histogram[from..=to].iter().sum();
+                    sum / (to + 1 - from) as f64
                 })
                 .collect();
             let total: f64 = smooth.iter().sum::<f64>().max(1.0);

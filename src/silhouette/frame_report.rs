@@ -250,28 +250,49 @@ pub fn report_of_corrected_mask(frame: usize, mask: &Mask) -> FrameReport {
 }
 
 /// An outline as sure as this is not worth a correction.
-const SURE: f64 = 0.9;
+const SURE: f64 = 0.95;
 
-/// The frame whose correction is worth most: the least sure one, the first of equals. `None` when
-/// all are sure enough.
+/// Frames either way that a correction is felt over.
+pub(super) const CARRIED_FRAMES: f64 = 12.0;
+
+/// The frame whose correction is worth most: the one in the middle of what the outlines are least
+/// sure of, the first of equals. `None` when all are sure enough.
 ///
-/// A frame that jumps counts as half as sure. Not worth a correction are frames that have one, that
-/// are cut by the border (what is outside cannot be drawn), and empty ones before the animal
-/// comes and after it has left.
+/// A correction is carried to the frames around it, so the doubt about those counts too, less the
+/// further they are ([`CARRIED_FRAMES`] either way), and doubt near a frame that has been
+/// corrected already counts the less the nearer it is. A frame that jumps is doubted most. Not worth
+/// a correction are frames that have one, that are cut by the border (what is outside cannot be
+/// drawn), and empty ones before the animal comes and after it has left.
 #[must_use]
 pub fn least_sure(reports: &[FrameReport]) -> Option<usize> {
     let seen = |r: &FrameReport| r.area_px > 0;
     let first = reports.iter().position(seen)?;
     let last = reports.iter().rposition(seen)?;
-    let sureness = |r: &FrameReport| {
-        if r.flags.contains(Flag::AreaJump) { 0.5 * r.confidence } else { r.confidence }
+    let reports = &reports[first..=last];
+    let jumps = |r: &FrameReport| r.flags.contains(Flag::AreaJump);
+    let sureness = |r: &FrameReport| if jumps(r) { 0.5 * r.confidence } else { r.confidence };
+    let corrected: Vec<usize> =
+        reports.iter().filter(|r| r.flags.contains(Flag::Corrected)).map(|r| r.frame).collect();
+    let doubt = |r: &FrameReport| {
+        let nearest = corrected.iter().map(|c| c.abs_diff(r.frame)).min();
+        let new = nearest.map_or(1.0, |frames| (frames as f64 / CARRIED_FRAMES).min(1.0));
+        (1.0 - sureness(r)) * new
     };
-    reports[first..=last]
-        .iter()
-        .filter(|r| !r.flags.contains(Flag::Corrected) && !r.flags.contains(Flag::AtBorder))
-        .filter(|r| sureness(r) < SURE)
-        .min_by(|a, b| sureness(a).total_cmp(&sureness(b)))
-        .map(|r| r.frame)
+    let doubts: Vec<(usize, f64)> = reports.iter().map(|r| (r.frame, doubt(r))).collect();
+    let worth = |r: &FrameReport| -> f64 {
+        let share = |frame: usize| 1.0 - frame.abs_diff(r.frame) as f64 / CARRIED_FRAMES;
+        doubts.iter().map(|&(frame, doubt)| share(frame).max(0.0) * doubt).sum()
+    };
+    let can_be_mended =
+        |r: &&FrameReport| !r.flags.contains(Flag::Corrected) && !r.flags.contains(Flag::AtBorder);
+    let mut best: Option<(f64, usize)> = None;
+    for report in reports.iter().filter(can_be_mended) {
+        let worth = worth(report);
+        if sureness(report) < SURE && best.is_none_or(|(most, _)| worth > most) {
+            best = Some((worth, report.frame));
+        }
+    }
+    best.map(|(_, frame)| frame)
 }
 
 /// Whether a box within a picture of that size reaches the picture's border.

@@ -1,7 +1,9 @@
 //! The final outline of one frame, at a size where thin legs have their pixels.
 
 use super::correction::Labels;
-use super::drafts::{Cues, Draft, animal};
+use super::cues::Cues;
+use super::drafts::Draft;
+use super::expected::animal;
 use super::field::{Known, least_cost};
 use super::lab_image::LabImage;
 use super::location::distances;
@@ -14,9 +16,6 @@ const BAND_PX: f32 = 5.0;
 /// Width of the strip along the outline whose pixels are asked how sure it is, as a share of the
 /// root of the silhouette's area.
 const ASKED: f32 = 0.12;
-
-/// The most that colour may say, nats.
-const STRONGEST_COLOUR: f32 = 3.0;
 
 /// The outline of a frame at the size of `image`, from its draft, and how sure it is: 2p − 1, with p
 /// the mean probability, over a strip along the outline, that colour and plate give to the labels
@@ -41,9 +40,18 @@ pub(super) fn outline(
         .collect();
     let length = (draft.mask.area() as f32).sqrt();
     let asked = (ASKED * length).max(BAND_PX);
-    let colour = blurred(&cues.colour.over(image), w, h);
     let plate: Vec<f32> =
-        (0..sw * sh).map(|at| cues.plate.of(draft.plate.at(at % sw, at / sw))).collect();
+        (0..sw * sh).map(|at| cues.plate_odds(&draft.plate, at % sw, at / sw)).collect();
+    let colour: Vec<f32> = (0..w * h)
+        .map(|at| {
+            cues.colour_odds(
+                image.at(at),
+                to_draft.sample(&plate, at % w, at / w),
+                draft.plate.colour(at % w * sw / w, at / w * sh / h),
+            )
+        })
+        .collect();
+    let colour = blurred(&colour, w, h);
     let mut seen = vec![0.0; w * h];
     let mut odds = vec![0.0; w * h];
     let mut known = vec![Known::Background; w * h];
@@ -57,8 +65,7 @@ pub(super) fn outline(
                 }
                 continue;
             }
-            seen[at] = colour[at].clamp(-STRONGEST_COLOUR, STRONGEST_COLOUR)
-                + to_draft.sample(&plate, x, y);
+            seen[at] = colour[at] + to_draft.sample(&plate, x, y);
             if distance.abs() <= BAND_PX {
                 known[at] = Known::Free;
                 let location = if distance > 0.0 {

@@ -54,19 +54,40 @@ impl Region {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlateDistances {
     pub(super) region: Region,
-    /// Half units of L*a*b* distance up to 254; [`UNKNOWN`] where no frame shows the background.
-    distances: Vec<u8>,
+    /// Half units of L*a*b* distance up to 254 from what shows the background; [`UNKNOWN`] where no
+    /// frame does.
+    shown: Vec<u8>,
+    /// The same from all that is there, the animal's pixels too; [`UNKNOWN`] where nothing is.
+    any: Vec<u8>,
+    /// The background's mean colour, L*a*b* bytes, where it is shown.
+    colours: Vec<[u8; 3]>,
 }
 
 impl PlateDistances {
-    /// The distance at a pixel of the frame; [`UNKNOWN`] outside the region.
+    /// Distance from the background at a pixel of the frame; [`UNKNOWN`] outside the region.
     #[inline]
-    pub(super) fn at(&self, x: usize, y: usize) -> u8 {
+    pub(super) fn shown(&self, x: usize, y: usize) -> u8 {
+        self.index(x, y).map_or(UNKNOWN, |at| self.shown[at])
+    }
+
+    /// Distance from whatever the other frames have there, background or animal.
+    #[inline]
+    pub(super) fn any(&self, x: usize, y: usize) -> u8 {
+        self.index(x, y).map_or(UNKNOWN, |at| self.any[at])
+    }
+
+    /// The background's colour at a pixel, L*a*b* bytes; `None` where no frame shows it.
+    #[inline]
+    pub(super) fn colour(&self, x: usize, y: usize) -> Option<[u8; 3]> {
+        let at = self.index(x, y)?;
+        (self.shown[at] != UNKNOWN).then(|| self.colours[at])
+    }
+
+    #[inline]
+    fn index(&self, x: usize, y: usize) -> Option<usize> {
         let r = self.region;
-        if x < r.left || x >= r.right || y < r.top || y >= r.bottom {
-            return UNKNOWN;
-        }
-        self.distances[(y - r.top) * r.width() + x - r.left]
+        let inside = x >= r.left && x < r.right && y >= r.top && y < r.bottom;
+        inside.then(|| (y - r.top) * r.width() + x - r.left)
     }
 }
 
@@ -88,24 +109,53 @@ pub(super) fn plate_distances<'a>(
 ) -> PlateDistances {
     // Between fewer pixels than two by two nothing can be interpolated.
     if region.pixels() == 0 || frame.width().min(frame.height()) < 2 {
-        return PlateDistances { region, distances: vec![UNKNOWN; region.pixels()] };
+        let nothing = vec![UNKNOWN; region.pixels()];
+        return PlateDistances {
+            region,
+            shown: nothing.clone(),
+            any: nothing,
+            colours: vec![[0; 3]; region.pixels()],
+        };
     }
     let frame = cut_out(frame, region);
     let own = Box3::of(&frame);
     let pixels = region.pixels();
-    let mut smallest = Smallest::new(pixels);
-    let mut seen = vec![0_u8; pixels];
+    let (mut shown, mut any) = (Smallest::new(pixels), Smallest::new(pixels));
     let mut distances = vec![0_u8; pixels];
+    // Three channels and their number.
+    let mut sums = vec![[0_u16; 4]; pixels];
     for (other, animal, to_other) in others {
-        let (warped, valid) = warped(other, animal, &to_other, region);
+        let (warped, there) = warped(other, animal, &to_other, region);
         compare(&frame, &own, &warped, &Box3::of(&warped), &mut distances);
-        for ((n, ok), d) in seen.iter_mut().zip(&valid).zip(&mut distances) {
-            *n += ok & 1;
-            *d |= !ok;
+        for (at, sum) in sums.iter_mut().enumerate() {
+            if there[at] == Shows::Background {
+                let colour = warped.at(at);
+                *sum = std::array::from_fn(|c| match c {
+                    3 => sum[3] + 1,
+                    _ => sum[c] + u16::from(colour[c]),
+                });
+            }
         }
-        smallest.add(&mut distances);
+        let mut hidden = distances.clone();
+        for ((d, h), there) in distances.iter_mut().zip(&mut hidden).zip(&there) {
+            *h |= if *there == Shows::Background { 0 } else { UNKNOWN };
+            *d |= if *there == Shows::Nothing { UNKNOWN } else { 0 };
+        }
+        shown.add(&mut hidden);
+        any.add(&mut distances);
     }
-    PlateDistances { region, distances: smallest.ranked(&seen) }
+    let colours =
+        sums.iter().map(|sum| std::array::from_fn(|c| (sum[c] / sum[3].max(1)) as u8)).collect();
+    PlateDistances { region, shown: shown.ranked(), any: any.ranked(), colours }
+}
+
+/// What another frame has at a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shows {
+    /// The pixel lies outside the other picture.
+    Nothing,
+    Animal,
+    Background,
 }
 
 /// The pixels of a region.
@@ -201,18 +251,22 @@ fn compare(frame: &LabImage, own: &Box3, other: &LabImage, there: &Box3, distanc
     }
 }
 
-/// The smallest few values seen at each pixel, in order.
+/// The smallest few values seen at each pixel, in order, and how many there were.
 struct Smallest {
     ranks: [Vec<u8>; KEPT],
+    seen: Vec<u8>,
 }
 
 impl Smallest {
     fn new(pixels: usize) -> Self {
-        Self { ranks: std::array::from_fn(|_| vec![UNKNOWN; pixels]) }
+        Self { ranks: std::array::from_fn(|_| vec![UNKNOWN; pixels]), seen: vec![0; pixels] }
     }
 
-    /// Takes in one value a pixel; `carried` is used up.
+    /// Takes in one value a pixel, [`UNKNOWN`] for none; `carried` is used up.
     fn add(&mut self, carried: &mut [u8]) {
+        for (seen, value) in self.seen.iter_mut().zip(&*carried) {
+            *seen += u8::from(*value != UNKNOWN);
+        }
         for rank in &mut self.ranks {
             for (kept, carried) in rank.iter_mut().zip(carried.iter_mut()) {
                 let (a, b) = (*kept, *carried);
@@ -222,26 +276,22 @@ impl Smallest {
         }
     }
 
-    fn ranked(&self, seen: &[u8]) -> Vec<u8> {
+    fn ranked(&self) -> Vec<u8> {
         let rank = |n: u8| (usize::from(n) / RANK).min(KEPT - 1);
-        seen.iter()
-            .enumerate()
-            .map(|(at, &n)| if n == 0 { UNKNOWN } else { self.ranks[rank(n)][at] })
-            .collect()
+        self.seen.iter().enumerate().map(|(at, &n)| self.ranks[rank(n)][at]).collect()
     }
 }
 
-/// `other` as seen from a region of this frame, and for each pixel 255 where it shows background,
-/// else 0.
+/// `other` as seen from a region of this frame, and what it has at each pixel.
 fn warped(
     other: &LabImage,
     animal: &[u8],
     to_other: &Matrix3<f64>,
     region: Region,
-) -> (LabImage, Vec<u8>) {
+) -> (LabImage, Vec<Shows>) {
     let (w, h) = (region.width(), region.height());
     let mut planes = [vec![0_u8; w * h], vec![0_u8; w * h], vec![0_u8; w * h]];
-    let mut valid = vec![0_u8; w * h];
+    let mut there = vec![Shows::Nothing; w * h];
     let (ow, oh) = (other.width(), other.height());
     let m: [f32; 9] = std::array::from_fn(|i| to_other[(i / 3, i % 3)] as f32);
     let source = other.planes();
@@ -263,11 +313,8 @@ fn warped(
             let (sx, sy) = (sx.clamp(0.0, (ow - 1) as f32), sy.clamp(0.0, (oh - 1) as f32));
             let (x0, y0) = ((sx as usize).min(ow - 2), (sy as usize).min(oh - 2));
             let nearest = (sy + 0.5) as usize * ow + (sx + 0.5) as usize;
-            if animal[nearest] != 0 {
-                continue;
-            }
             let at = y * w + x;
-            valid[at] = 255;
+            there[at] = if animal[nearest] == 0 { Shows::Background } else { Shows::Animal };
             // Bilinear, with weights of 1/64 each way: 12 bits in all.
             let fx = ((sx - x0 as f32) * 64.0 + 0.5) as u32;
             let fy = ((sy - y0 as f32) * 64.0 + 0.5) as u32;
@@ -284,7 +331,7 @@ fn warped(
             }
         }
     }
-    (LabImage::from_planes(w, h, planes), valid)
+    (LabImage::from_planes(w, h, planes), there)
 }
 
 #[cfg(test)]
@@ -309,11 +356,11 @@ mod tests {
             let there = vec![0; w * h];
             let others = [(&frame, there.as_slice(), Matrix3::identity())].into_iter();
             let plate = plate_distances(&frame, whole(w, h), others);
-            assert!((0..w * h).all(|at| plate.at(at % w, at / w) == UNKNOWN));
+            assert!((0..w * h).all(|at| plate.shown(at % w, at / w) == UNKNOWN));
         }
         let nothing = Region { left: 0, top: 0, right: 0, bottom: 0 };
         let plate = plate_distances(&grey(9, 9, &[0; 81]), nothing, std::iter::empty());
-        assert_eq!(plate.at(3, 3), UNKNOWN);
+        assert_eq!(plate.shown(3, 3), UNKNOWN);
     }
 
     #[test]
@@ -342,9 +389,9 @@ mod tests {
             whole(w, h),
             others.iter().map(|(image, there, m)| (image, there.as_slice(), *m)),
         );
-        assert!(plate.at(13, 13) > 60, "{}", plate.at(13, 13));
-        assert!(plate.at(20, 5) <= 1, "{}", plate.at(20, 5));
-        assert_eq!(plate.at(0, 5), UNKNOWN, "no frame shows the left border");
+        assert!(plate.shown(13, 13) > 60, "{}", plate.shown(13, 13));
+        assert!(plate.shown(20, 5) <= 1, "{}", plate.shown(20, 5));
+        assert_eq!(plate.shown(0, 5), UNKNOWN, "no frame shows the left border");
     }
 
     proptest! {
@@ -357,7 +404,7 @@ mod tests {
             for values in &seen {
                 smallest.add(&mut values.clone());
             }
-            let ranked = smallest.ranked(&[seen.len() as u8; 4]);
+            let ranked = smallest.ranked();
             for at in 0..4 {
                 let mut column: Vec<u8> = seen.iter().map(|v| v[at]).collect();
                 column.sort_unstable();

@@ -12,6 +12,7 @@ mod export;
 mod flags;
 mod frames;
 mod gltf_fixture;
+mod horse_walk;
 mod interpolate;
 mod layers;
 mod report;
