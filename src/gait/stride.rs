@@ -35,6 +35,18 @@ pub enum Repeats {
     Unknown,
 }
 
+impl Repeats {
+    /// The word used in documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Repeats::EveryStride => "every_stride",
+            Repeats::EveryStep => "every_step",
+            Repeats::Unknown => "unknown",
+        }
+    }
+}
+
 /// What speaks for steps or strides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StrideEvidence {

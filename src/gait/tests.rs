@@ -54,8 +54,7 @@ const SHARES: [f64; 5] = [1.0; 5];
 fn a_steady_stride_is_measured_to_a_degree_of_phase() {
     let truth = steady(100, 24.3);
     let scores = planted(&truth, 0.3, 0.15, 1);
-    let found =
-        GaitPhase::measure(&scores, &SHARES, &[true; 100], Symmetry::Symmetric).unwrap();
+    let found = GaitPhase::measure(&scores, &SHARES, &[true; 100], Symmetry::Symmetric).unwrap();
     assert_eq!(found.stride.repeats, Repeats::EveryStep);
     assert!((found.stride_frames() - 24.3).abs() < 0.05, "{}", found.stride_frames());
     let error = phase_error(&found.stride_cycles, &truth);
@@ -65,9 +64,8 @@ fn a_steady_stride_is_measured_to_a_degree_of_phase() {
 #[test]
 fn drift_lost_frames_and_broken_ones_are_survived() {
     // Speed up by a fifth over the clip; frames 30 to 33 not seen, frames 60 and 77 nonsense.
-    let truth: Vec<f64> = (0..110)
-        .map(|t| f64::from(t) / 24.3 * (0.9 + 0.1 * f64::from(t) / 110.0))
-        .collect();
+    let truth: Vec<f64> =
+        (0..110).map(|t| f64::from(t) / 24.3 * (0.9 + 0.1 * f64::from(t) / 110.0)).collect();
     let mut rows: Vec<f64> = Vec::new();
     let scores = planted(&truth, 0.3, 0.15, 2);
     for t in 0..110 {

@@ -1,6 +1,7 @@
 //! Masks to coefficients and verdict, in memory.
 
 use crate::error::Result;
+use crate::gait::{GaitPhase, Repeats, Symmetry};
 use crate::image_pca::ImagePca;
 use crate::mask::Mask;
 use crate::numeric::Coefficients;
@@ -8,7 +9,7 @@ use crate::shot::FlaggedFrames;
 use crate::silhouette::{
     Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed,
 };
-use crate::spectrum::{self, MaskCounts, SpectralAnalysis};
+use crate::spectrum::{self, MaskCounts, SpectralAnalysis, StrideBasis};
 
 /// Everything the analysis of a clip's masks gives.
 #[derive(Clone, Debug)]
@@ -24,7 +25,16 @@ pub struct MaskAnalysis {
     pub scores: Coefficients,
     /// Spectra, band, band-passed scores, verdict.
     pub spectral: SpectralAnalysis,
+    /// The gait phase; `None` where the clip is too short for one.
+    pub gait: Option<GaitPhase>,
 }
+
+/// Components that the gait phase is measured with, whatever number the user keeps. The lines that
+/// tell near legs from far ones are often in none of the first five.
+const PHASE_COMPONENTS: usize = 16;
+
+/// Repeats of the silhouette that a clip must hold for its phase to mean anything.
+const LEAST_REPEATS: f64 = 1.5;
 
 impl MaskAnalysis {
     /// The windows of the masks that entered the PCA.
@@ -83,12 +93,35 @@ pub(super) fn analyse_usable(
         let all: Vec<&Mask> = windows.masks.iter().collect();
         ImagePca::fit(&all, components)?;
     }
-    let pca = ImagePca::fit(&good, components)?;
+    let all = ImagePca::fit(&good, components.max(PHASE_COMPONENTS))?;
+    let gait = measure_phase(&all, &used, settings.gait);
+    let pca = all.leading(components);
     let scores = bridged(&pca.scores, &used);
     let bad = masks.len() - good.len();
     let counts = MaskCounts { frames: masks.len(), bad, flagged, uncertain };
-    let spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
-    Ok(MaskAnalysis { windows, used, pca, scores, spectral })
+    let mut spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
+    if let Some(gait) = &gait {
+        let frames = (gait.stride.repeats != Repeats::Unknown).then(|| gait.stride_frames());
+        let basis = match settings.gait.is_symmetric() {
+            Some(_) => StrideBasis::Given,
+            None => StrideBasis::SubharmonicSeen,
+        };
+        spectral.rhythm = spectral.rhythm.with_stride(frames, basis);
+    }
+    Ok(MaskAnalysis { windows, used, pca, scores, spectral, gait })
+}
+
+/// The gait phase, where the clip is long enough for one.
+fn measure_phase(pca: &ImagePca, used: &[bool], gait: spectrum::Gait) -> Option<GaitPhase> {
+    let symmetry = match gait.is_symmetric() {
+        None => Symmetry::Unknown,
+        Some(true) => Symmetry::Symmetric,
+        Some(false) => Symmetry::Asymmetric,
+    };
+    let scores = bridged(&pca.scores, used);
+    let found = GaitPhase::measure(&scores, &pca.variance_shares(), used, symmetry).ok()?;
+    let repeats = scores.frames() as f64 / found.repeat_frames;
+    (repeats >= LEAST_REPEATS).then_some(found)
 }
 
 /// Which masks enter the PCA.

@@ -247,6 +247,7 @@ fn key_summary(shot: &Shot, keys: &StoredKeys) -> KeySummary {
     let pose = |key: usize| shot.settings.pose_of_key.iter().find(|p| p.key == key).map(pose_text);
     KeySummary {
         method: keys.method.clone(),
+        expected_error_share: keys.expected_error_share,
         condition: keys.condition,
         proven_optimal: keys.proven_optimal,
         lower_bound: keys.lower_bound,
