@@ -103,14 +103,12 @@ pub struct ComponentRow {
 pub struct KeySummary {
     /// How they were found, in words.
     pub method: String,
-    /// Expected error as a share of the motion, for keys chosen by phase.
-    pub expected_error_share: Option<f64>,
-    /// Condition number of the interpolation matrix, for keys chosen by it.
-    pub condition: Option<f64>,
+    /// Condition number of the interpolation matrix; 0 for keys that were not chosen by it.
+    pub condition: f64,
     /// Whether no other set can be better.
     pub proven_optimal: bool,
     /// Where not proven: no set has a condition number below this.
-    pub lower_bound: Option<f64>,
+    pub lower_bound: f64,
     /// One row a key, partners behind their keys.
     pub rows: Vec<KeyRow>,
 }
