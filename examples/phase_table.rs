@@ -7,7 +7,7 @@ use std::path::Path;
 
 use muybridge::shot::Method;
 use muybridge::spectrum::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
 
 /// File, clip, name, whether left and right do the same half a stride apart.
 const CLIPS: [(&str, &str, &str, bool); 10] = [
@@ -110,6 +110,7 @@ fn table(
             noise: 0.15,
             seed,
             size_px: (320, 240),
+            unsteady: Unsteady::default(),
         },
         keys: keys.to_vec(),
         components: vec![2],

@@ -7,7 +7,8 @@ use crate::mask::Mask;
 use crate::numeric::Coefficients;
 use crate::shot::FlaggedFrames;
 use crate::silhouette::{
-    Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed,
+    Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, flag_area_jumps,
+    report_of_mask, windowed,
 };
 use crate::spectrum::{self, MaskCounts, SpectralAnalysis, StrideBasis};
 
@@ -51,8 +52,8 @@ impl MaskAnalysis {
 }
 
 /// Cuts, analyses and judges the masks of a clip of which nothing else is known. An empty mask says
-/// nothing, and one that the border of the picture cuts says something else than the gait: both are
-/// left out of the PCA and bridged, unless most of the clip is cut (a close shot), when the cut
+/// nothing, one that the border of the picture cuts says something else than the gait, and one whose
+/// area jumps is broken: all are left out of the PCA and bridged, unless most of the clip is cut (a close shot), when the cut
 /// masks are all there is.
 ///
 /// # Errors
@@ -64,8 +65,9 @@ pub fn analyse_masks(
     scale_trend: TrendRemoval,
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
-    let reports: Vec<FrameReport> =
+    let mut reports: Vec<FrameReport> =
         masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
+    flag_area_jumps(&mut reports);
     let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
     analyse_usable(masks, usable, fps, components, scale_trend, settings)
 }

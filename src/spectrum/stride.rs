@@ -155,14 +155,15 @@ impl Rhythm {
 
 impl Rhythm {
     /// The same with the stride that the gait phase found, frames; `None` when it could not be
-    /// told.
+    /// told. The stride is a whole number of repeats, or of halves of one where PC1 shows the
+    /// stride and the gait repeats twice in it.
     #[must_use]
     pub fn with_stride(self, stride_frames: Option<f64>, basis: StrideBasis) -> Self {
-        let fps = self.step_hz * self.step_frames;
+        let repeats = stride_frames.map(|f| (2.0 * f / self.step_frames).round().max(1.0) / 2.0);
         Self {
-            stride_frames,
-            stride_hz: stride_frames.map(|f| fps / f),
-            stride_basis: if stride_frames.is_some() { basis } else { StrideBasis::Unknown },
+            stride_frames: repeats.map(|r| self.step_frames * r),
+            stride_hz: repeats.map(|r| self.step_hz / r),
+            stride_basis: if repeats.is_some() { basis } else { StrideBasis::Unknown },
             ..self
         }
     }

@@ -5,12 +5,14 @@ mod floor;
 mod measure;
 mod subject;
 mod tables;
+mod unsteady;
 
 use serde::Serialize;
 
 pub use floor::floor_error;
 pub use measure::{AngleError, geodesic_error, in_plane_error, rotating_joints};
 pub use subject::{Shooting, Subject, Truth, in_plane_angles};
+pub use unsteady::Unsteady;
 
 use crate::error::{Error, Result};
 use crate::interpolate::blend;
@@ -205,6 +207,10 @@ fn check(settings: &Settings) -> Result<()> {
     let cycle = shooting.frames_per_cycle;
     within("--frames-per-cycle", cycle.is_finite() && cycle >= 2.0, "is 2 or more")?;
     within("--noise", (0.0..=1.0).contains(&shooting.noise), "is 0 to 1")?;
+    let unsteady = &shooting.unsteady;
+    within("--speed-drift", unsteady.speed_drift.abs() <= 1.0, "is -1 to 1")?;
+    within("--stride-variation", (0.0..=0.3).contains(&unsteady.stride_variation), "is 0 to 0.3")?;
+    within("--broken-masks", (0.0..=1.0).contains(&unsteady.broken_masks), "is 0 to 1")?;
     within("--yaw", shooting.yaw_rad.is_finite(), "is an angle in degrees")?;
     let counts = |list: &[usize], most: usize| {
         !list.is_empty() && list.iter().all(|n| (1..=most).contains(n))

@@ -4,7 +4,7 @@
 use muybridge::shot::Method;
 use muybridge::spectrum;
 use muybridge::synthetic::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
 
 use crate::data::data_folder;
 
@@ -30,6 +30,7 @@ fn run_by(
             noise: 0.15,
             seed: 42,
             size_px: (320, 240),
+            unsteady: Unsteady::default(),
         },
         keys: keys.to_vec(),
         components: vec![2],

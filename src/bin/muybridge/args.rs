@@ -302,6 +302,15 @@ pub(crate) struct View {
     /// Picture size.
     #[arg(long, value_name = "WxH", default_value = "320x240")]
     pub(crate) size: String,
+    /// Change of the speed from the first frame to the last, as a share of the mean speed.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) speed_drift: f64,
+    /// Standard deviation of the strides' durations, as a share.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub(crate) stride_variation: f64,
+    /// Share of frames whose mask is broken.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub(crate) broken_masks: f64,
 }
 
 /// `validate`.

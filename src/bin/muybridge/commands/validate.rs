@@ -4,7 +4,7 @@ use muybridge::pipeline::Progress;
 use muybridge::report::plots::{ErrorCurve, ErrorCurves, ReferenceLevel, error_curves};
 use muybridge::shot::{self, Stage, write_atomically};
 use muybridge::synthetic::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
 
 use super::analyze::named_gait;
 use crate::Ending;
@@ -74,5 +74,10 @@ pub(crate) fn shooting(view: &View) -> anyhow::Result<Shooting> {
         noise: view.noise,
         seed: view.seed,
         size_px: usage::size("--size", &view.size)?,
+        unsteady: Unsteady {
+            speed_drift: view.speed_drift,
+            stride_variation: view.stride_variation,
+            broken_masks: view.broken_masks,
+        },
     })
 }
