@@ -51,7 +51,8 @@ pub struct GaitPhase {
     pub trust: Vec<f64>,
     /// The scores over the stride, each component times the root of its share of the variance.
     pub cycle: Harmonics,
-    /// Share of the variance of all components that the cycle explains, 0…1.
+    /// Share of the variance of all components that the cycle explains, with the unknowns of the fit
+    /// allowed for, 0…1.
     pub explained_share: f64,
     /// Frames from one repeat of the silhouette at f0 to the next, mean over the clip.
     pub repeat_frames: f64,
@@ -90,7 +91,7 @@ impl GaitPhase {
         let Some(fitted) = fitted else { return Err(too_few) };
         let turns = by_period.phase[by_period.phase.len() - 1] - by_period.phase[0];
         Ok(Self {
-            explained_share: 1.0 - (fitted.residual_power / clip.power()).min(1.0),
+            explained_share: explained_share(&clip, &fitted),
             stride_cycles: fitted.phase,
             deviation_cycles: fitted.deviation,
             trust: fitted.trust,
@@ -106,6 +107,14 @@ impl GaitPhase {
         let n = self.stride_cycles.len();
         (n - 1) as f64 / (self.stride_cycles[n - 1] - self.stride_cycles[0]).max(f64::MIN_POSITIVE)
     }
+}
+
+/// Share of the variance that the cycle explains, with its unknowns allowed for: of noise nothing.
+fn explained_share(clip: &Clip, fitted: &cycle::Fitted) -> f64 {
+    let frames: f64 = fitted.trust.iter().sum();
+    let free = (frames - (1 + 2 * fitted.series.order()) as f64).max(1.0);
+    let missed = fitted.residual_power * frames / free;
+    (1.0 - missed / clip.power()).clamp(0.0, 1.0)
 }
 
 /// The curve whose phase is sought.

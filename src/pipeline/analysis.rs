@@ -109,6 +109,11 @@ pub(super) fn analyse_usable(
             None => StrideBasis::SubharmonicSeen,
         };
         spectral.rhythm = spectral.rhythm.with_stride(frames, basis);
+        spectral.diagnosis = spectral.diagnosis.with_cycle(
+            gait.explained_share,
+            scores.frames() as f64 / gait.stride_frames(),
+            gait.stride.contradicts_gait,
+        );
     }
     Ok(MaskAnalysis { windows, used, pca, scores, spectral, gait })
 }
