@@ -38,6 +38,7 @@
 
 pub mod error;
 
+pub mod gait;
 pub mod image;
 pub mod numeric;
 

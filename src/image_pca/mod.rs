@@ -73,6 +73,17 @@ impl ImagePca {
         })
     }
 
+    /// The first `components` components (all of them when there are fewer).
+    #[must_use]
+    pub fn leading(&self, components: usize) -> Self {
+        Self {
+            eigenvalues: self.eigenvalues.iter().copied().take(components).collect(),
+            total_variance: self.total_variance,
+            projections: self.projections.leading(components),
+            scores: self.scores.leading(components),
+        }
+    }
+
     /// Share of the total variance of each component, 0…1, falling.
     #[must_use]
     pub fn variance_shares(&self) -> Vec<f64> {

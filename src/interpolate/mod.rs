@@ -3,10 +3,12 @@
 
 mod blend;
 mod kernel;
+mod over_phase;
 mod switching;
 mod weights;
 
 pub use blend::{LargestStep, blend, largest_step};
 pub use kernel::{KernelSettings, Rbf};
+pub use over_phase::weights_over_phase;
 pub use switching::{SwitchAt, Switching};
 pub use weights::{Method, Weights, weights};

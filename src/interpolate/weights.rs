@@ -135,7 +135,7 @@ pub fn weights(
     }
 }
 
-fn check_distinct(frames: impl Iterator<Item = usize>) -> Result<()> {
+pub(super) fn check_distinct(frames: impl Iterator<Item = usize>) -> Result<()> {
     let mut sorted: Vec<usize> = frames.collect();
     sorted.sort_unstable();
     match sorted.windows(2).find(|w| w[0] == w[1]) {

@@ -24,6 +24,7 @@ mod cycle;
 mod graph;
 mod incumbent;
 mod node;
+mod on_phase;
 mod partners;
 mod problem;
 mod search;
@@ -42,6 +43,7 @@ use crate::{Error, Result};
 use problem::Problem;
 
 pub use cycle::cycle_order;
+pub use on_phase::{PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys_on_phase, pose_budget};
 pub use partners::{Partner, PartnerSettings, propose_partners};
 
 /// The largest number of keys that can be asked for.

@@ -10,7 +10,9 @@ mod kernel;
 mod max_flow;
 mod mixture;
 mod monotone;
+mod periodic;
 mod phase;
+mod smooth_path;
 mod statistics;
 
 pub use coefficients::Coefficients;
@@ -22,7 +24,9 @@ pub use kernel::{DEFAULT_ALPHA, KernelMatrix, distance_sq, gaussian};
 pub use max_flow::{Cut, GridCut, GridProblem};
 pub use mixture::{Mixture, MixtureSettings};
 pub use monotone::rising_fit;
+pub use periodic::{Harmonics, PeriodicCubic};
 pub use phase::{CyclePhase, wrapped};
+pub use smooth_path::{SmoothPath, likeliest_stiffness, smooth_path};
 pub use statistics::{
     correlation, mean, median, robust_deviation, standard_deviation, standardized,
 };

@@ -1,14 +1,16 @@
 //! Masks to coefficients and verdict, in memory.
 
 use crate::error::Result;
+use crate::gait::{GaitPhase, Repeats, Symmetry};
 use crate::image_pca::ImagePca;
 use crate::mask::Mask;
 use crate::numeric::Coefficients;
 use crate::shot::FlaggedFrames;
 use crate::silhouette::{
-    Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, report_of_mask, windowed,
+    Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, flag_area_jumps,
+    report_of_mask, windowed,
 };
-use crate::spectrum::{self, MaskCounts, SpectralAnalysis};
+use crate::spectrum::{self, MaskCounts, SpectralAnalysis, StrideBasis};
 
 /// Everything the analysis of a clip's masks gives.
 #[derive(Clone, Debug)]
@@ -24,7 +26,16 @@ pub struct MaskAnalysis {
     pub scores: Coefficients,
     /// Spectra, band, band-passed scores, verdict.
     pub spectral: SpectralAnalysis,
+    /// The gait phase; `None` where the clip is too short for one.
+    pub gait: Option<GaitPhase>,
 }
+
+/// Components that the gait phase is measured with, whatever number the user keeps. The lines that
+/// tell near legs from far ones are often in none of the first five.
+const PHASE_COMPONENTS: usize = 16;
+
+/// Repeats of the silhouette that a clip must hold for its phase to mean anything.
+const LEAST_REPEATS: f64 = 1.5;
 
 impl MaskAnalysis {
     /// The windows of the masks that entered the PCA.
@@ -41,8 +52,8 @@ impl MaskAnalysis {
 }
 
 /// Cuts, analyses and judges the masks of a clip of which nothing else is known. An empty mask says
-/// nothing, and one that the border of the picture cuts says something else than the gait: both are
-/// left out of the PCA and bridged, unless most of the clip is cut (a close shot), when the cut
+/// nothing, one that the border of the picture cuts says something else than the gait, and one whose
+/// area jumps is broken: all are left out of the PCA and bridged, unless most of the clip is cut (a close shot), when the cut
 /// masks are all there is.
 ///
 /// # Errors
@@ -54,8 +65,9 @@ pub fn analyse_masks(
     scale_trend: TrendRemoval,
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
-    let reports: Vec<FrameReport> =
+    let mut reports: Vec<FrameReport> =
         masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
+    flag_area_jumps(&mut reports);
     let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
     analyse_usable(masks, usable, fps, components, scale_trend, settings)
 }
@@ -83,12 +95,40 @@ pub(super) fn analyse_usable(
         let all: Vec<&Mask> = windows.masks.iter().collect();
         ImagePca::fit(&all, components)?;
     }
-    let pca = ImagePca::fit(&good, components)?;
+    let all = ImagePca::fit(&good, components.max(PHASE_COMPONENTS))?;
+    let gait = measure_phase(&all, &used, settings.gait);
+    let pca = all.leading(components);
     let scores = bridged(&pca.scores, &used);
     let bad = masks.len() - good.len();
     let counts = MaskCounts { frames: masks.len(), bad, flagged, uncertain };
-    let spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
-    Ok(MaskAnalysis { windows, used, pca, scores, spectral })
+    let mut spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
+    if let Some(gait) = &gait {
+        let frames = (gait.stride.repeats != Repeats::Unknown).then(|| gait.stride_frames());
+        let basis = match settings.gait.is_symmetric() {
+            Some(_) => StrideBasis::Given,
+            None => StrideBasis::SubharmonicSeen,
+        };
+        spectral.rhythm = spectral.rhythm.with_stride(frames, basis);
+        spectral.diagnosis = spectral.diagnosis.with_cycle(
+            gait.explained_share,
+            scores.frames() as f64 / gait.stride_frames(),
+            gait.stride.contradicts_gait,
+        );
+    }
+    Ok(MaskAnalysis { windows, used, pca, scores, spectral, gait })
+}
+
+/// The gait phase, where the clip is long enough for one.
+fn measure_phase(pca: &ImagePca, used: &[bool], gait: spectrum::Gait) -> Option<GaitPhase> {
+    let symmetry = match gait.is_symmetric() {
+        None => Symmetry::Unknown,
+        Some(true) => Symmetry::Symmetric,
+        Some(false) => Symmetry::Asymmetric,
+    };
+    let scores = bridged(&pca.scores, used);
+    let found = GaitPhase::measure(&scores, &pca.variance_shares(), used, symmetry).ok()?;
+    let repeats = scores.frames() as f64 / found.repeat_frames;
+    (repeats >= LEAST_REPEATS).then_some(found)
 }
 
 /// Which masks enter the PCA.

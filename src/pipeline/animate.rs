@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::choose::resolved_method;
 use super::stages::{json, weights};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
@@ -9,8 +10,8 @@ use crate::export::{BvhSettings, append_animation, bvh};
 use crate::interpolate::{blend, largest_step};
 use crate::rig::{File, KeyPoses, Moment, PoseSpec};
 use crate::shot::{
-    Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, WeightTable, hash_file, hash_files,
-    hash_value, paths, read,
+    Freshness, Method, PoseOfKey, Reads, Shot, Stage, StoredAnimation, WeightTable, hash_file,
+    hash_files, hash_value, paths, read,
 };
 
 /// What `animate` made.
@@ -82,7 +83,13 @@ fn write(
         let text = bvh(file.skeleton(), &file.joints()?, &clip, &BvhSettings::default())?;
         writer.put(paths::BVH, text.as_bytes())?;
     }
-    let switching = table.models.iter().any(Option::is_some);
+    let (keys, has_phase) = (shot.keys(table.frames())?, shot.phase(table.frames())?.is_some());
+    let switching = !keys.partner_frames().is_empty();
+    let method = match resolved_method(settings.method, switching, has_phase)? {
+        Method::Phase => "phase",
+        Method::Switching => "switching",
+        _ => "rbf",
+    };
     let sums: Vec<f64> = (0..table.frames()).map(|t| table.sum(t)).collect();
     let step = largest_step(&clip);
     let animation = StoredAnimation {
@@ -90,7 +97,7 @@ fn write(
         animation: appended.animation,
         fps,
         frames: clip.poses.len(),
-        method: if switching { "switching" } else { "rbf" }.to_owned(),
+        method: method.to_owned(),
         weight_range: range(&table.values),
         sum_range: range(&sums),
         largest_step_deg: step.angle_deg,

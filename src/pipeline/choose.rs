@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::interpolate::{self, KernelSettings, Switching, Weights};
 use crate::keys::{
-    KeyChoice, KeySettings, Partner, PartnerSettings, choose_keys, propose_partners,
+    KeyChoice, KeySettings, Partner, PartnerSettings, PhaseKeySettings, PhaseKeys, PhasedFrames,
+    choose_keys, choose_keys_on_phase, pose_budget, propose_partners,
 };
 use crate::numeric::Coefficients;
 use crate::shot;
@@ -72,8 +73,68 @@ pub fn choose(
     Ok(Chosen { choice, partners })
 }
 
+/// What a method comes to, given what there is: `auto` switches where there are partners, goes by
+/// the gait phase where there is one, and is one radial basis else. Never `auto`.
+///
+/// # Errors
+/// [`Error::Setting`] when the phase is asked for where there is none, or with partners.
+pub fn resolved_method(
+    method: shot::Method,
+    partners: bool,
+    has_phase: bool,
+) -> Result<shot::Method> {
+    match method {
+        shot::Method::Auto if partners => Ok(shot::Method::Switching),
+        shot::Method::Auto if has_phase => Ok(shot::Method::Phase),
+        shot::Method::Auto => Ok(shot::Method::Rbf),
+        shot::Method::Phase if !has_phase => Err(Error::setting(
+            "animation.method",
+            "is not «phase» for a clip in which the silhouette does not repeat (rbf works)",
+        )),
+        method => Ok(method),
+    }
+}
+
+/// Keys for the interpolation over the gait phase, with the errors to expect of 2 to 12 keys and
+/// the frame that one more key beside these would take.
+///
+/// # Errors
+/// As [`choose_keys_on_phase`].
+pub fn choose_by_phase(
+    phase: &shot::PhaseTable,
+    wanted: &KeySettings,
+) -> Result<(PhaseKeys, Vec<shot::BudgetLine>, Option<usize>)> {
+    let frames = PhasedFrames {
+        cycles: &phase.stride_cycles,
+        deviation_cycles: &phase.deviation_cycles,
+        trust: &phase.trust,
+        silhouette: &phase.cycle,
+    };
+    let settings = PhaseKeySettings {
+        keys: wanted.keys,
+        exclude: wanted.exclude.clone(),
+        force: wanted.force.clone(),
+        min_spacing_frames: wanted.min_spacing_frames,
+    };
+    let chosen = choose_keys_on_phase(frames, &settings)?;
+    let budget = pose_budget(frames, &settings, BUDGET)?
+        .into_iter()
+        .map(|(keys, expected_error_share)| shot::BudgetLine { keys, expected_error_share })
+        .collect();
+    let one_more =
+        PhaseKeySettings { keys: wanted.keys + 1, force: chosen.frames.clone(), ..settings };
+    let next = choose_keys_on_phase(frames, &one_more)
+        .ok()
+        .and_then(|keys| keys.frames.into_iter().find(|f| !chosen.frames.contains(f)));
+    Ok((chosen, budget, next))
+}
+
+/// Numbers of keys in the pose budget.
+const BUDGET: std::ops::RangeInclusive<usize> = 2..=12;
+
 /// The weights of all poses: of the keys, or with switching of keys and partners. The method
-/// `auto` switches where there are partners.
+/// `auto` switches where there are partners, and goes by the gait phase (`stride_cycles`, one
+/// entry a frame) where it is given.
 ///
 /// # Errors
 /// [`Error::Setting`] when switching is asked for without partners; as [`interpolate::weights`].
@@ -82,17 +143,21 @@ pub fn interpolation_weights(
     keys: &[usize],
     partners: &[usize],
     step_frames: f64,
+    stride_cycles: Option<&[f64]>,
     settings: &shot::Animation,
 ) -> Result<Weights> {
+    let method = resolved_method(settings.method, !partners.is_empty(), stride_cycles.is_some())?;
+    if let (shot::Method::Phase, Some(cycles)) = (method, stride_cycles) {
+        let poses: Vec<usize> = keys.iter().chain(partners).copied().collect();
+        return interpolate::weights_over_phase(cycles, &poses);
+    }
     let kernel = KernelSettings {
         alpha: settings.alpha,
         ridge: settings.ridge,
         clamp: settings.clamp,
         normalise: settings.normalize,
     };
-    let switching = match settings.method {
-        shot::Method::Rbf => false,
-        shot::Method::Auto => !partners.is_empty(),
+    let switching = match method {
         shot::Method::Switching if partners.is_empty() => {
             return Err(Error::setting(
                 "animation.method",
@@ -100,6 +165,7 @@ pub fn interpolation_weights(
             ));
         }
         shot::Method::Switching => true,
+        _ => false,
     };
     let method = if switching {
         interpolate::Method::Switching(Switching {

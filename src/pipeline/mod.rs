@@ -15,7 +15,9 @@ mod stages;
 
 pub use analysis::{MaskAnalysis, analyse_masks};
 pub use animate::{AnimationResult, animate};
-pub use choose::{Chosen, KeyRequest, choose, interpolation_weights, time_order};
+pub use choose::{
+    Chosen, KeyRequest, choose, choose_by_phase, interpolation_weights, resolved_method, time_order,
+};
 pub use demo::{demo, pose_from_truth};
 pub use new::{NewShot, NewShotReport, new_shot};
 pub use progress::{NoProgress, Progress};

@@ -1,7 +1,7 @@
 //! The stages between masks and poses.
 
 use super::analysis::{MaskAnalysis, Usable, analyse_usable};
-use super::choose::{KeyRequest, choose, interpolation_weights};
+use super::choose::{KeyRequest, choose, choose_by_phase, interpolation_weights, resolved_method};
 use super::segment::segment;
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
@@ -9,9 +9,9 @@ use crate::image::Picture;
 use crate::image_pca::GreyImage;
 use crate::keys::KeySettings;
 use crate::shot::{
-    Freshness, KeyImage, Projections, Reads, Shot, Stage, StoredComponent, StoredDiagnosis,
-    StoredKeys, StoredTrend, WeightTable, hash_file, hash_files, hash_value, number, paths, read,
-    table,
+    Freshness, KeyImage, Method, PhaseTable, Projections, Reads, Shot, Stage, StoredComponent,
+    StoredDiagnosis, StoredKeys, StoredStride, StoredTrend, WeightTable, hash_file, hash_files,
+    hash_value, number, paths, read, table,
 };
 use crate::spectrum;
 
@@ -88,6 +88,11 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     };
     writer.put(paths::PROJECTIONS, projections.to_csv().as_bytes())?;
     writer.put(paths::SPECTRUM, spectrum_csv(&found).as_bytes())?;
+    if let Some(gait) = &found.gait {
+        let phase = PhaseTable::of(gait);
+        writer.put(paths::PHASE, phase.frames_csv(shot.fps()).as_bytes())?;
+        writer.put(paths::CYCLE, phase.cycle_csv().as_bytes())?;
+    }
     writer.put(paths::DIAGNOSIS, &json(&diagnosis)?)?;
     let good = found.analysed_masks();
     writer.put("analysis/mean.png", &grey(&found.pca.mean_image(&good))?)?;
@@ -123,6 +128,13 @@ fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
         stride_hz: rhythm.stride_hz,
         stride_frames: rhythm.stride_frames,
         stride_basis: rhythm.stride_basis.name().to_owned(),
+        stride: found.gait.as_ref().map(|g| StoredStride {
+            repeats: g.stride.repeats.name().to_owned(),
+            odd_share: g.stride.odd_share,
+            odd_over_noise: g.stride.odd_over_noise,
+            contradicts_gait: g.stride.contradicts_gait,
+            explained_share: g.explained_share,
+        }),
         stride_candidates_hz: [rhythm.step_hz / 2.0, rhythm.step_hz],
         half_amplitude_hz: spectral.peak.fb_hz,
         peak_amplitude: spectral.peak.amplitude,
@@ -166,7 +178,8 @@ fn spectrum_csv(found: &MaskAnalysis) -> String {
 pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
     let analyzed = analyze(shot, options.for_earlier_stage())?;
     let projections = shot.projections()?;
-    let reads = Reads::from([
+    let frames = projections.used.len();
+    let mut reads = Reads::from([
         ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
         ("diagnosis".to_owned(), hash_file(&shot.path(paths::DIAGNOSIS))?),
         (
@@ -175,38 +188,86 @@ pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
                 &shot.settings.keys,
                 shot.settings.analysis.band_pass,
                 shot.settings.animation.alpha,
+                shot.settings.animation.method,
             )),
         ),
     ]);
-    let frames = projections.used.len();
+    reads.extend(phase_reads(shot)?);
     let mut outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Keys)? };
     if options.force || shot.freshness(Stage::Keys, &reads) == Freshness::Stale {
-        let progress = |done: usize, total: usize| {
-            options.progress.step(Stage::Keys, done, Some(total).filter(|t| *t > 0))
-        };
-        let request = key_request(shot, &projections, analyzed.diagnosis.step_frames);
-        let coefficients = used_coefficients(shot, &projections);
-        let chosen = choose(&coefficients, &request, &progress)?;
-        let mut images: Vec<KeyImage> = Vec::new();
-        let frames = chosen.choice.frames.iter().map(|&f| (f, None));
-        let partners = chosen.partners.iter().enumerate().map(|(at, p)| (p.frame, Some(at + 1)));
-        for (frame, partner_of) in frames.chain(partners) {
-            let key = images.len() + 1;
-            images.push(KeyImage { key, frame, time_s: frame as f64 / shot.fps(), partner_of });
-        }
-        let stored = StoredKeys {
-            method: "condition-number".to_owned(),
-            keys: images,
-            components: coefficients.components(),
-            condition: chosen.choice.condition,
-            proven_optimal: chosen.choice.proven_optimal,
-            lower_bound: chosen.choice.lower_bound,
-        };
+        let stored = chosen_keys(shot, &projections, analyzed.diagnosis.step_frames, options)?;
         let mut writer = shot.begin(Stage::Keys, reads, options.force)?;
         writer.put(paths::KEYS, &json(&stored)?)?;
         outcome = Outcome { ran: true, kept: writer.commit()?.kept };
     }
     Ok(KeysResult { keys: shot.keys(frames)?, outcome })
+}
+
+/// Hashes of the gait phase's tables, where there are any.
+fn phase_reads(shot: &Shot) -> Result<Reads> {
+    [("phase", paths::PHASE), ("cycle", paths::CYCLE)]
+        .into_iter()
+        .filter(|(_, path)| shot.path(path).is_file())
+        .map(|(name, path)| Ok((name.to_owned(), hash_file(&shot.path(path))?)))
+        .collect()
+}
+
+/// Chooses keys (and partners) for the interpolation that will use them.
+fn chosen_keys(
+    shot: &Shot,
+    projections: &Projections,
+    step_frames: f64,
+    options: Options,
+) -> Result<StoredKeys> {
+    let request = key_request(shot, projections, step_frames);
+    let coefficients = used_coefficients(shot, projections);
+    let phase = shot.phase(projections.used.len())?;
+    let method =
+        resolved_method(shot.settings.animation.method, request.partners, phase.is_some())?;
+    if let (Method::Phase, Some(phase)) = (method, &phase) {
+        let (chosen, budget, next_frame) = choose_by_phase(phase, &request.keys)?;
+        return Ok(StoredKeys {
+            method: "phase".to_owned(),
+            keys: key_images(&chosen.frames, &[], shot.fps()),
+            components: coefficients.components(),
+            expected_error_share: Some(chosen.expected_error_share),
+            budget,
+            next_frame,
+            condition: None,
+            proven_optimal: true,
+            lower_bound: None,
+        });
+    }
+    let progress = |done: usize, total: usize| {
+        options.progress.step(Stage::Keys, done, Some(total).filter(|t| *t > 0))
+    };
+    let chosen = choose(&coefficients, &request, &progress)?;
+    Ok(StoredKeys {
+        method: "condition-number".to_owned(),
+        keys: key_images(&chosen.choice.frames, &chosen.partner_frames(), shot.fps()),
+        components: coefficients.components(),
+        expected_error_share: None,
+        budget: Vec::new(),
+        next_frame: None,
+        condition: Some(chosen.choice.condition),
+        proven_optimal: chosen.choice.proven_optimal,
+        lower_bound: Some(chosen.choice.lower_bound),
+    })
+}
+
+/// Keys and then their partners, numbered from 1.
+fn key_images(keys: &[usize], partners: &[usize], fps: f64) -> Vec<KeyImage> {
+    let keys = keys.iter().map(|&f| (f, None));
+    let partners = partners.iter().enumerate().map(|(at, &f)| (f, Some(at + 1)));
+    keys.chain(partners)
+        .enumerate()
+        .map(|(at, (frame, partner_of))| KeyImage {
+            key: at + 1,
+            frame,
+            time_s: frame as f64 / fps,
+            partner_of,
+        })
+        .collect()
 }
 
 fn key_request(shot: &Shot, projections: &Projections, step_frames: f64) -> KeyRequest {
@@ -251,7 +312,7 @@ fn used_coefficients(shot: &Shot, projections: &Projections) -> crate::numeric::
 pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable)> {
     let chosen = keys(shot, options.for_earlier_stage())?.keys;
     let diagnosis = shot.diagnosis()?;
-    let reads = Reads::from([
+    let mut reads = Reads::from([
         ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
         ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
         ("step".to_owned(), number(diagnosis.step_frames)),
@@ -264,13 +325,16 @@ pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable
             )),
         ),
     ]);
+    reads.extend(phase_reads(shot)?);
     if options.force || shot.freshness(Stage::Weights, &reads) == Freshness::Stale {
         let coefficients = used_coefficients(shot, &shot.projections()?);
+        let phase = shot.phase(coefficients.frames())?;
         let found = interpolation_weights(
             &coefficients,
             &chosen.key_frames(),
             &chosen.partner_frames(),
             diagnosis.step_frames,
+            phase.as_ref().map(|p| p.stride_cycles.as_slice()),
             &shot.settings.animation,
         )?;
         for &frame in found.phase_conflicts() {

@@ -246,10 +246,16 @@ fn component_rows(d: &StoredDiagnosis) -> Vec<ComponentRow> {
 fn key_summary(shot: &Shot, keys: &StoredKeys) -> KeySummary {
     let pose = |key: usize| shot.settings.pose_of_key.iter().find(|p| p.key == key).map(pose_text);
     KeySummary {
-        method: keys.method.clone(),
-        condition: keys.condition,
+        method: match keys.expected_error_share {
+            Some(share) => format!(
+                "Spread over the gait phase; error to expect: {:.0} % of the motion",
+                100.0 * share
+            ),
+            None => keys.method.clone(),
+        },
+        condition: keys.condition.unwrap_or(0.0),
         proven_optimal: keys.proven_optimal,
-        lower_bound: keys.lower_bound,
+        lower_bound: keys.lower_bound.unwrap_or(0.0),
         rows: keys
             .keys
             .iter()

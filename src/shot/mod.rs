@@ -2,6 +2,7 @@
 
 mod camera;
 mod lock;
+mod phase_table;
 mod record;
 mod relative;
 mod settings;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 pub use camera::CameraTable;
 pub use lock::Lock;
+pub use phase_table::PhaseTable;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
 pub use settings::{
@@ -25,7 +27,8 @@ pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
-    KeyImage, StoredAnimation, StoredComponent, StoredDiagnosis, StoredKeys, StoredTrend,
+    BudgetLine, KeyImage, StoredAnimation, StoredComponent, StoredDiagnosis, StoredKeys,
+    StoredStride, StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 
@@ -81,6 +84,10 @@ pub mod paths {
     pub const OVERLAY: &str = "analysis/overlay.png";
     /// Coefficients.
     pub const PROJECTIONS: &str = "analysis/projections.csv";
+    /// The gait phase of each frame.
+    pub const PHASE: &str = "analysis/phase.csv";
+    /// The scores over a stride.
+    pub const CYCLE: &str = "analysis/cycle.csv";
     /// Spectra.
     pub const SPECTRUM: &str = "analysis/spectrum.csv";
     /// The verdict.

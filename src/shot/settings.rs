@@ -193,9 +193,12 @@ impl Default for Keys {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Switching where the keys have partners, else one radial basis.
+    /// Switching where the keys have partners, else over the gait phase where it could be
+    /// measured, else one radial basis.
     #[default]
     Auto,
+    /// A periodic cubic spline over the gait phase.
+    Phase,
     /// One Gaussian radial basis over all keys.
     Rbf,
     /// Switching models.
@@ -353,7 +356,7 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     ("analysis.components", "Principal components that are kept, 2 to 16."),
     (
         "analysis.gait",
-        "unknown; symmetric (walk, trot, pace: left and right half a stride apart); asymmetric (canter, gallop).",
+        "unknown; symmetric or walk, trot, pace, amble (left and right half a stride apart); asymmetric or canter, gallop, bound.",
     ),
     (
         "analysis.band_pass",
@@ -363,7 +366,7 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
         "analysis.flagged_frames",
         "leave-out: frames whose silhouette is flagged are bridged; use: they count as they are.",
     ),
-    ("keys.count", "Number of key images: 4 for a run, 4 with partners for a walk."),
+    ("keys.count", "Number of key images; keys.json says what error to expect with more or fewer."),
     (
         "keys.components",
         "Components that distances are measured with; 2 unless the verdict advises more.",
@@ -378,7 +381,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     ("keys.spacing", "Keys are at least this many frames apart."),
     ("keys.time_limit_s", "Seconds after which the best set found is given without proof."),
     ("animation.name", "Name of the animation in the rig's file; empty takes the shot's name."),
-    ("animation.method", "auto (switching where keys have partners), rbf, switching."),
+    (
+        "animation.method",
+        "auto (switching where keys have partners, else phase), phase, rbf, switching. phase and rbf choose different keys.",
+    ),
     (
         "animation.alpha",
         "Width of the Gaussian exp(-alpha r^2); ln 2 makes it one half at one standard deviation.",

@@ -34,6 +34,8 @@ pub struct StoredDiagnosis {
     pub stride_frames: Option<f64>,
     /// "given", "subharmonic_seen" or "unknown".
     pub stride_basis: String,
+    /// What speaks for steps or strides; null when no phase could be measured.
+    pub stride: Option<StoredStride>,
     /// What the stride can be: half of the step frequency (symmetric gaits) or the same.
     pub stride_candidates_hz: [f64; 2],
     /// The frequency nearest to the peak with half of its amplitude.
@@ -65,6 +67,21 @@ pub struct StoredComponent {
     pub peak_hz: f64,
 }
 
+/// Steps or strides in `diagnosis.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredStride {
+    /// "every_stride", "every_step" or "unknown": how often the silhouette repeats.
+    pub repeats: String,
+    /// Power at odd multiples of half the silhouette's frequency over that of the even ones.
+    pub odd_share: f64,
+    /// The same over what noise would give.
+    pub odd_over_noise: f64,
+    /// Whether this contradicts the gait that was named.
+    pub contradicts_gait: bool,
+    /// Share of the variance that one stride, repeated, explains.
+    pub explained_share: f64,
+}
+
 /// The trend of scale in `diagnosis.json`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredTrend {
@@ -77,18 +94,37 @@ pub struct StoredTrend {
 /// `keys/keys.json`, which is also what `keys --json` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredKeys {
-    /// How the keys were chosen: "condition-number".
+    /// How the keys were chosen: "phase" or "condition-number".
     pub method: String,
     /// The keys, partners after them.
     pub keys: Vec<KeyImage>,
     /// Components that distances were measured with.
     pub components: usize,
-    /// Condition number of H.
-    pub condition: f64,
+    /// By phase: the error expected of the interpolation, as a share of the motion's deviation from
+    /// its mean pose.
+    #[serde(default)]
+    pub expected_error_share: Option<f64>,
+    /// By phase: the same for other numbers of keys.
+    #[serde(default)]
+    pub budget: Vec<BudgetLine>,
+    /// By phase: the frame to pose next, were there one more key beside these.
+    #[serde(default)]
+    pub next_frame: Option<usize>,
+    /// By condition number: that of H.
+    pub condition: Option<f64>,
     /// Whether no other set is better.
     pub proven_optimal: bool,
-    /// No set has a smaller condition number than this.
-    pub lower_bound: f64,
+    /// By condition number: no set has a smaller one than this.
+    pub lower_bound: Option<f64>,
+}
+
+/// One line of the pose budget in `keys.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BudgetLine {
+    /// Number of keys.
+    pub keys: usize,
+    /// The error expected with them.
+    pub expected_error_share: f64,
 }
 
 /// One key in `keys.json`.
@@ -173,7 +209,7 @@ pub struct StoredAnimation {
     pub fps: f64,
     /// Number of frames.
     pub frames: usize,
-    /// "rbf" or "switching".
+    /// "phase", "rbf" or "switching".
     pub method: String,
     /// Smallest and largest weight of any pose.
     pub weight_range: [f64; 2],

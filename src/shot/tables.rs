@@ -204,7 +204,7 @@ pub(super) fn records(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<String>>> {
     Ok(rows)
 }
 
-fn numbers(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
+pub(super) fn numbers(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
     records(path, bytes)?
         .iter()
         .enumerate()

@@ -112,7 +112,8 @@ pub fn analyse(
     let band_passed = Coefficients::from_columns(&passed)
         .ok_or(Error::TooFewMasks { frames: scores.frames() })?;
     let cycles = scores.frames() as f64 * peak.f0_hz / fps;
-    let diagnosis = Diagnosis::of(&components, quadrature_deg, cycles, rhythm.step_frames, masks);
+    let diagnosis =
+        Diagnosis::of(&components, quadrature_deg, cycles, rhythm.step_frames, masks, peak.band_hz);
     Ok(SpectralAnalysis {
         spectra,
         peak,

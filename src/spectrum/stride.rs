@@ -16,6 +16,32 @@ pub enum Gait {
     Symmetric,
     /// They do not (canter, gallop, bound): the silhouette repeats once a stride.
     Asymmetric,
+    /// Four beats, each foot a quarter after the one before; symmetric.
+    Walk,
+    /// Diagonal pairs; symmetric.
+    Trot,
+    /// Lateral pairs; symmetric.
+    Pace,
+    /// The walk's order at running speed; symmetric.
+    Amble,
+    /// Three beats; asymmetric.
+    Canter,
+    /// Four beats and a suspension; asymmetric.
+    Gallop,
+    /// Both hind feet, then both fore feet; asymmetric.
+    Bound,
+}
+
+impl Gait {
+    /// Whether left and right do the same half a stride apart; `None` when nothing is known.
+    #[must_use]
+    pub fn is_symmetric(self) -> Option<bool> {
+        match self {
+            Gait::Unknown => None,
+            Gait::Symmetric | Gait::Walk | Gait::Trot | Gait::Pace | Gait::Amble => Some(true),
+            Gait::Asymmetric | Gait::Canter | Gait::Gallop | Gait::Bound => Some(false),
+        }
+    }
 }
 
 /// How the stride frequency is known.
@@ -111,11 +137,11 @@ pub struct Rhythm {
 
 impl Rhythm {
     pub(super) fn new(f0_hz: f64, fps: f64, gait: Gait, subharmonic: bool) -> Self {
-        let (stride_hz, stride_basis) = match gait {
-            Gait::Symmetric => (Some(f0_hz / 2.0), StrideBasis::Given),
-            Gait::Asymmetric => (Some(f0_hz), StrideBasis::Given),
-            Gait::Unknown if subharmonic => (Some(f0_hz / 2.0), StrideBasis::SubharmonicSeen),
-            Gait::Unknown => (None, StrideBasis::Unknown),
+        let (stride_hz, stride_basis) = match gait.is_symmetric() {
+            Some(true) => (Some(f0_hz / 2.0), StrideBasis::Given),
+            Some(false) => (Some(f0_hz), StrideBasis::Given),
+            None if subharmonic => (Some(f0_hz / 2.0), StrideBasis::SubharmonicSeen),
+            None => (None, StrideBasis::Unknown),
         };
         Self {
             step_hz: f0_hz,
@@ -123,6 +149,22 @@ impl Rhythm {
             stride_hz,
             stride_frames: stride_hz.map(|f| fps / f),
             stride_basis,
+        }
+    }
+}
+
+impl Rhythm {
+    /// The same with the stride that the gait phase found, frames; `None` when it could not be
+    /// told. The stride is a whole number of repeats, or of halves of one where PC1 shows the
+    /// stride and the gait repeats twice in it.
+    #[must_use]
+    pub fn with_stride(self, stride_frames: Option<f64>, basis: StrideBasis) -> Self {
+        let repeats = stride_frames.map(|f| (2.0 * f / self.step_frames).round().max(1.0) / 2.0);
+        Self {
+            stride_frames: repeats.map(|r| self.step_frames * r),
+            stride_hz: repeats.map(|r| self.step_hz / r),
+            stride_basis: if repeats.is_some() { basis } else { StrideBasis::Unknown },
+            ..self
         }
     }
 }

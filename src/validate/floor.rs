@@ -3,9 +3,10 @@
 //! periodic cubic spline in rotation vectors about each joint's mean; the mean over eight
 //! offsets of the first pose is the floor.
 
-use nalgebra::{DMatrix, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::measure::{AngleError, geodesic_error};
+use crate::numeric::PeriodicCubic;
 use crate::rig::{NodePose, Pose, mean_rotation};
 
 /// Offsets of the first pose that are averaged.
@@ -62,9 +63,9 @@ fn spline_through(
     knots.sort_by(|a, b| a.0.total_cmp(&b.0));
     knots.dedup_by(|a, b| a.0 - b.0 < 1e-9);
     let phases: Vec<f64> = knots.iter().map(|k| k.0).collect();
-    let weights: Vec<Vec<f64>> =
-        phases_cycles.iter().map(|&p| periodic_cubic_weights(&phases, p)).collect();
     let mut predicted: Vec<Pose> = truth.to_vec();
+    let Some(spline) = PeriodicCubic::new(&phases) else { return predicted };
+    let weights: Vec<Vec<f64>> = phases_cycles.iter().map(|&p| spline.weights(p)).collect();
     for &joint in joints {
         let rotations: Vec<UnitQuaternion<f64>> =
             knots.iter().map(|&(_, t)| truth[t].nodes[joint].rotation).collect();
@@ -80,43 +81,6 @@ fn spline_through(
     predicted
 }
 
-/// Weights of the knots' values in the periodic cubic spline (period one) through them, at
-/// `phase`. The spline is twice continuously differentiable; its second derivatives solve the
-/// cyclic tridiagonal system of the textbooks.
-fn periodic_cubic_weights(knots: &[f64], phase: f64) -> Vec<f64> {
-    let n = knots.len();
-    if n < 2 {
-        return vec![1.0; n];
-    }
-    let gap =
-        |i: usize| (knots[(i + 1) % n] - knots[i] + f64::from(u8::from(i + 1 == n))).max(1e-12);
-    let mut left = DMatrix::<f64>::zeros(n, n);
-    let mut right = DMatrix::<f64>::zeros(n, n);
-    for i in 0..n {
-        let (before, after) = ((i + n - 1) % n, (i + 1) % n);
-        let (h0, h1) = (gap(before), gap(i));
-        left[(i, before)] += h0;
-        left[(i, i)] += 2.0 * (h0 + h1);
-        left[(i, after)] += h1;
-        right[(i, before)] += 6.0 / h0;
-        right[(i, i)] -= 6.0 / h0 + 6.0 / h1;
-        right[(i, after)] += 6.0 / h1;
-    }
-    let second = left.lu().solve(&right).unwrap_or(right);
-    let p = phase.rem_euclid(1.0);
-    let i = knots.iter().rposition(|&k| k <= p).unwrap_or(n - 1);
-    let after = (i + 1) % n;
-    let h = gap(i);
-    let b = (p - knots[i]).rem_euclid(1.0) / h;
-    let a = 1.0 - b;
-    let (ca, cb) = ((a.powi(3) - a) * h * h / 6.0, (b.powi(3) - b) * h * h / 6.0);
-    let mut weights: Vec<f64> =
-        (0..n).map(|k| ca * second[(i, k)] + cb * second[(after, k)]).collect();
-    weights[i] += a;
-    weights[after] += b;
-    weights
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -127,19 +91,6 @@ mod tests {
         let angle = 0.5 * (TAU * phase).sin() + 0.1 * (2.0 * TAU * phase).cos();
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
         Pose { nodes: vec![NodePose { rotation, ..NodePose::IDENTITY }] }
-    }
-
-    #[test]
-    fn the_spline_goes_through_its_knots_and_keeps_constants() {
-        let knots = [0.05, 0.3, 0.52, 0.8];
-        for (k, &knot) in knots.iter().enumerate() {
-            let w = periodic_cubic_weights(&knots, knot);
-            assert!((w[k] - 1.0).abs() < 1e-12);
-        }
-        for step in 0..50 {
-            let w = periodic_cubic_weights(&knots, f64::from(step) / 50.0);
-            assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        }
     }
 
     #[test]

@@ -5,20 +5,24 @@ mod floor;
 mod measure;
 mod subject;
 mod tables;
+mod unsteady;
 
 use serde::Serialize;
 
 pub use floor::floor_error;
 pub use measure::{AngleError, geodesic_error, in_plane_error, rotating_joints};
 pub use subject::{Shooting, Subject, Truth, in_plane_angles};
+pub use unsteady::Unsteady;
 
 use crate::error::{Error, Result};
 use crate::interpolate::blend;
 use crate::keys::KeySettings;
 use crate::numeric::Coefficients;
-use crate::pipeline::{KeyRequest, analyse_masks, choose, interpolation_weights};
+use crate::pipeline::{
+    KeyRequest, analyse_masks, choose, choose_by_phase, interpolation_weights, resolved_method,
+};
 use crate::rig::{NodePose, Pose, mean_rotation};
-use crate::shot::{Animation, Method};
+use crate::shot::{Animation, Method, PhaseTable};
 use crate::silhouette::TrendRemoval;
 use crate::spectrum;
 
@@ -38,7 +42,9 @@ pub struct Settings {
     pub components: Vec<usize>,
     /// Whether every key gets a partner, so that a row of m keys has 2m poses.
     pub partners: bool,
-    /// Interpolation method; `Auto` switches with partners.
+    /// What the user says of the gait.
+    pub gait: spectrum::Gait,
+    /// Interpolation method; `Auto` switches with partners, and goes by the gait phase else.
     pub method: Method,
     /// Band-passed scores, or raw ones.
     pub band_pass: bool,
@@ -59,8 +65,10 @@ pub struct Cell {
     pub without_switching: Option<AngleError>,
     /// The frames that were posed, partners after keys.
     pub posed_frames: Vec<usize>,
-    /// Condition number of H.
-    pub condition: f64,
+    /// Condition number of H, of keys chosen by it.
+    pub condition: Option<f64>,
+    /// Expected error as a share of the motion, of keys chosen by phase.
+    pub expected_error_share: Option<f64>,
     /// Whether no better set of keys exists.
     pub proven_optimal: bool,
 }
@@ -93,7 +101,7 @@ pub struct Validation {
     pub noise: f64,
     /// Seed of the noise.
     pub seed: u64,
-    /// "rbf" or "switching".
+    /// "phase", "rbf" or "switching".
     pub method: &'static str,
     /// Share of variance of each component.
     pub variance_shares: Vec<f64>,
@@ -127,8 +135,10 @@ pub fn validate(
     let truth = Truth::of(&settings.subject, &settings.shooting)?;
     let masks = truth.masks(&settings.shooting);
     let most = settings.components.iter().copied().max().unwrap_or(1).max(5);
-    let analysis =
-        analyse_masks(&masks, FPS, most, TrendRemoval::Auto, &spectrum::Settings::default())?;
+    let analysing = spectrum::Settings { gait: settings.gait, ..spectrum::Settings::default() };
+    let analysis = analyse_masks(&masks, FPS, most, TrendRemoval::Auto, &analysing)?;
+    let phase = analysis.gait.as_ref().map(PhaseTable::of);
+    let method = resolved_method(settings.method, settings.partners, phase.is_some())?;
     let joints = rotating_joints(&truth.driven);
     let step_frames = analysis.spectral.rhythm.step_frames;
     let coefficients = analysis.coefficients(settings.band_pass);
@@ -137,12 +147,21 @@ pub fn validate(
     for &keys in &settings.keys {
         let poses = if settings.partners { 2 * keys } else { keys };
         let mut cells = Vec::new();
-        for &components in &settings.components {
+        // Over the phase all numbers of components give the same.
+        let columns = if method == Method::Phase { 1 } else { settings.components.len() };
+        for &components in &settings.components[..columns] {
             if !progress(rows.len() * settings.components.len() + cells.len(), total) {
                 return Err(Error::Interrupted);
             }
             let leading = coefficients.leading(components);
-            cells.push(cell(settings, &truth, &leading, &joints, keys, step_frames)?);
+            let scene = Scene {
+                truth: &truth,
+                coefficients: &leading,
+                phase: phase.as_ref(),
+                joints: &joints,
+                step_frames,
+            };
+            cells.push(scene.cell(settings, method, keys)?);
         }
         let floor = floor_error(&truth.poses, &truth.phases_cycles, &joints, poses);
         rows.push(Row { keys, poses, floor, cells });
@@ -159,7 +178,11 @@ pub fn validate(
         yaw_deg: settings.shooting.yaw_rad.to_degrees(),
         noise: settings.shooting.noise,
         seed: settings.shooting.seed,
-        method: if switches(settings) { "switching" } else { "rbf" },
+        method: match method {
+            Method::Phase => "phase",
+            Method::Switching => "switching",
+            _ => "rbf",
+        },
         variance_shares: analysis.pca.variance_shares(),
         r: analysis.spectral.components.iter().map(|c| c.r).collect(),
         verdict: diagnosis.verdict.to_string(),
@@ -175,10 +198,6 @@ pub fn validate(
     })
 }
 
-fn switches(settings: &Settings) -> bool {
-    settings.partners && settings.method != Method::Rbf
-}
-
 fn check(settings: &Settings) -> Result<()> {
     let within = |name: &str, ok: bool, rule: &str| {
         if ok { Ok(()) } else { Err(Error::setting(name, rule)) }
@@ -188,6 +207,10 @@ fn check(settings: &Settings) -> Result<()> {
     let cycle = shooting.frames_per_cycle;
     within("--frames-per-cycle", cycle.is_finite() && cycle >= 2.0, "is 2 or more")?;
     within("--noise", (0.0..=1.0).contains(&shooting.noise), "is 0 to 1")?;
+    let unsteady = &shooting.unsteady;
+    within("--speed-drift", unsteady.speed_drift.abs() <= 1.0, "is -1 to 1")?;
+    within("--stride-variation", (0.0..=0.3).contains(&unsteady.stride_variation), "is 0 to 0.3")?;
+    within("--broken-masks", (0.0..=1.0).contains(&unsteady.broken_masks), "is 0 to 1")?;
     within("--yaw", shooting.yaw_rad.is_finite(), "is an angle in degrees")?;
     let counts = |list: &[usize], most: usize| {
         !list.is_empty() && list.iter().all(|n| (1..=most).contains(n))
@@ -196,61 +219,99 @@ fn check(settings: &Settings) -> Result<()> {
     within("--components", counts(&settings.components, 16), "is 1 to 16")
 }
 
-/// One run of the method: it sees coefficients made from masks, and the poses of the frames it
-/// chose.
-fn cell(
-    settings: &Settings,
-    truth: &Truth,
-    coefficients: &Coefficients,
-    joints: &[usize],
-    keys: usize,
+/// What a cell of the table is made of. The method sees coefficients and phase, made from masks, and
+/// the poses of the frames it chose.
+struct Scene<'a> {
+    truth: &'a Truth,
+    coefficients: &'a Coefficients,
+    phase: Option<&'a PhaseTable>,
+    joints: &'a [usize],
     step_frames: f64,
-) -> Result<Cell> {
-    let run = |count: usize, partners: bool, method: Method| {
-        let request = KeyRequest {
-            keys: KeySettings {
-                keys: count,
-                time_limit_s: settings.time_limit_s,
-                ..KeySettings::default()
-            },
-            partners,
-            partner_of: Vec::new(),
-            step_frames,
+}
+
+/// One run: what was chosen, and what came of it.
+struct Run {
+    posed: Vec<usize>,
+    condition: Option<f64>,
+    expected_error_share: Option<f64>,
+    proven_optimal: bool,
+    poses: Vec<Pose>,
+}
+
+impl Scene<'_> {
+    fn cell(&self, settings: &Settings, method: Method, keys: usize) -> Result<Cell> {
+        let found = self.run(settings, keys, settings.partners, method)?;
+        let without_switching = if method == Method::Switching {
+            let plain = self.run(settings, 2 * keys, false, Method::Rbf)?;
+            Some(geodesic_error(&self.truth.poses, &plain.poses, self.joints))
+        } else {
+            None
         };
-        let chosen = choose(coefficients, &request, &|_, _| true)?;
+        Ok(Cell {
+            components: self.coefficients.components(),
+            error: geodesic_error(&self.truth.poses, &found.poses, self.joints),
+            in_plane: self
+                .truth
+                .in_plane_rad
+                .as_ref()
+                .map(|angles| in_plane_error(angles, &in_plane_angles(&found.poses))),
+            without_switching,
+            posed_frames: found.posed,
+            condition: found.condition,
+            expected_error_share: found.expected_error_share,
+            proven_optimal: found.proven_optimal,
+        })
+    }
+
+    fn run(&self, settings: &Settings, keys: usize, partners: bool, method: Method) -> Result<Run> {
+        let wanted =
+            KeySettings { keys, time_limit_s: settings.time_limit_s, ..KeySettings::default() };
+        let mut run = match (method, self.phase) {
+            (Method::Phase, Some(phase)) => {
+                let (chosen, _, _) = choose_by_phase(phase, &wanted)?;
+                Run {
+                    posed: chosen.frames,
+                    condition: None,
+                    expected_error_share: Some(chosen.expected_error_share),
+                    proven_optimal: true,
+                    poses: Vec::new(),
+                }
+            }
+            _ => {
+                let request = KeyRequest {
+                    keys: wanted,
+                    partners,
+                    partner_of: Vec::new(),
+                    step_frames: self.step_frames,
+                };
+                let chosen = choose(self.coefficients, &request, &|_, _| true)?;
+                let mut posed = chosen.choice.frames.clone();
+                posed.extend(chosen.partner_frames());
+                Run {
+                    posed,
+                    condition: Some(chosen.choice.condition),
+                    expected_error_share: None,
+                    proven_optimal: chosen.choice.proven_optimal,
+                    poses: Vec::new(),
+                }
+            }
+        };
+        let (own, others) = run.posed.split_at(keys.min(run.posed.len()));
         let animation = Animation { method, ..Animation::default() };
+        let cycles = self.phase.map(|p| p.stride_cycles.as_slice());
         let weights = interpolation_weights(
-            coefficients,
-            &chosen.choice.frames,
-            &chosen.partner_frames(),
-            step_frames,
+            self.coefficients,
+            own,
+            others,
+            self.step_frames,
+            cycles,
             &animation,
         )?;
-        let mut posed = chosen.choice.frames.clone();
-        posed.extend(chosen.partner_frames());
-        let poses = truth.key_poses(&posed[..weights.poses()]);
-        let clip = blend("predicted", FPS, &truth.model.skeleton, &poses, weights.values())?;
-        Ok::<_, Error>((chosen, posed, clip.poses))
-    };
-    let (chosen, posed_frames, predicted) = run(keys, settings.partners, settings.method)?;
-    let without_switching = if switches(settings) {
-        let (_, _, plain) = run(2 * keys, false, Method::Rbf)?;
-        Some(geodesic_error(&truth.poses, &plain, joints))
-    } else {
-        None
-    };
-    Ok(Cell {
-        components: coefficients.components(),
-        error: geodesic_error(&truth.poses, &predicted, joints),
-        in_plane: truth
-            .in_plane_rad
-            .as_ref()
-            .map(|angles| in_plane_error(angles, &in_plane_angles(&predicted))),
-        without_switching,
-        posed_frames,
-        condition: chosen.choice.condition,
-        proven_optimal: chosen.choice.proven_optimal,
-    })
+        let poses = self.truth.key_poses(&run.posed[..weights.poses()]);
+        let skeleton = &self.truth.model.skeleton;
+        run.poses = blend("predicted", FPS, skeleton, &poses, weights.values())?.poses;
+        Ok(run)
+    }
 }
 
 /// Every frame in the mean pose of the clip.

@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::unsteady::Unsteady;
 use crate::error::Result;
 use crate::mask::Mask;
 use crate::rig::{Driven, File, KeyPoses, Model, Pose};
@@ -43,6 +44,8 @@ pub struct Shooting {
     pub seed: u64,
     /// Picture width and height, pixels.
     pub size_px: (usize, usize),
+    /// Drift, variation and broken masks.
+    pub unsteady: Unsteady,
 }
 
 /// The true motion of a rendered clip.
@@ -66,8 +69,8 @@ impl Truth {
     /// # Errors
     /// When the rig cannot be read or has no such clip.
     pub fn of(subject: &Subject, shooting: &Shooting) -> Result<Self> {
-        let phases: Vec<f64> =
-            (0..shooting.frames).map(|t| t as f64 / shooting.frames_per_cycle).collect();
+        let phases =
+            shooting.unsteady.phases(shooting.frames, shooting.frames_per_cycle, shooting.seed);
         match subject {
             Subject::Horse(gait) => Ok(Self::of_horse(*gait, phases)),
             Subject::Rig { file, clip } => {
@@ -107,7 +110,8 @@ impl Truth {
             height: shooting.size_px.1,
         };
         let camera = Camera::framing(&self.model, &self.poses, view);
-        self.poses
+        let mut masks: Vec<Mask> = self
+            .poses
             .par_iter()
             .enumerate()
             .map(|(t, pose)| {
@@ -116,7 +120,9 @@ impl Truth {
                 rng.set_stream(t as u64);
                 edge_noise(&mask, shooting.noise, &mut rng)
             })
-            .collect()
+            .collect();
+        shooting.unsteady.break_masks(&mut masks, shooting.seed);
+        masks
     }
 
     /// The poses of some frames, as an artist would give them: all of the truth that the method ever

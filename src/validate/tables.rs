@@ -63,7 +63,7 @@ impl Validation {
     #[must_use]
     pub fn errors_csv(&self) -> String {
         let mut text = String::from(
-            "keys,poses,components,error_mean_deg,error_sd_deg,in_plane_mean_deg,in_plane_sd_deg,without_switching_mean_deg,without_switching_sd_deg,floor_mean_deg,floor_sd_deg,mean_pose_deg,condition,proven_optimal\n",
+            "keys,poses,components,error_mean_deg,error_sd_deg,in_plane_mean_deg,in_plane_sd_deg,without_switching_mean_deg,without_switching_sd_deg,floor_mean_deg,floor_sd_deg,mean_pose_deg,condition,proven_optimal,expected_error_share\n",
         );
         for row in &self.rows {
             for cell in &row.cells {
@@ -76,8 +76,9 @@ impl Validation {
                     both(cell.without_switching),
                     both(row.floor),
                     self.mean_pose.mean_deg.to_string(),
-                    cell.condition.to_string(),
+                    cell.condition.map(|c| c.to_string()).unwrap_or_default(),
                     cell.proven_optimal.to_string(),
+                    cell.expected_error_share.map(|e| e.to_string()).unwrap_or_default(),
                 ];
                 text.push_str(&fields.join(","));
                 text.push('\n');

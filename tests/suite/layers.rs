@@ -15,6 +15,7 @@ const RANKS: &[(&str, u8)] = &[
     ("silhouette", 3),
     ("image_pca", 3),
     ("spectrum", 3),
+    ("gait", 3),
     ("keys", 3),
     ("interpolate", 3),
     ("export", 3),

@@ -2,26 +2,41 @@
 //! error over frames and joints, from masks with 15 % of their edge pixels flipped.
 
 use muybridge::shot::Method;
+use muybridge::spectrum;
 use muybridge::synthetic::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
 
 use crate::data::data_folder;
 
 fn run(subject: Subject, keys: usize, partners: bool) -> Validation {
+    let method = if partners { Method::Switching } else { Method::Rbf };
+    run_by(method, subject, spectrum::Gait::Unknown, 0.0, &[keys])
+}
+
+fn run_by(
+    method: Method,
+    subject: Subject,
+    gait: spectrum::Gait,
+    yaw_deg: f64,
+    keys: &[usize],
+) -> Validation {
+    let partners = method == Method::Switching;
     let settings = Settings {
         subject,
         shooting: Shooting {
             frames: 100,
             frames_per_cycle: 24.3,
-            yaw_rad: 0.0,
+            yaw_rad: yaw_deg.to_radians(),
             noise: 0.15,
             seed: 42,
             size_px: (320, 240),
+            unsteady: Unsteady::default(),
         },
-        keys: vec![keys],
+        keys: keys.to_vec(),
         components: vec![2],
         partners,
-        method: Method::Auto,
+        gait,
+        method,
         band_pass: true,
         time_limit_s: 30.0,
     };
@@ -85,4 +100,40 @@ fn more_poses_are_better_and_a_run_repeats_itself() {
     assert_eq!(four, run(Subject::Horse(Gait::Gallop), 4, false));
     let five = run(Subject::Horse(Gait::Gallop), 5, false);
     assert!(error_deg(&five) < error_deg(&four));
+}
+
+/// Over the gait phase: the default method, told only whether the gait is symmetric. The whole table
+/// is in `docs/phase.md` (`cargo run --release --example phase_table`).
+#[test]
+fn the_phase_reaches_the_floor_and_halves_the_error_of_the_paper() {
+    let Some(data) = data_folder() else { return };
+    let cases = [
+        ("quaternius_horse.glb", "AnimalArmature|Walk", spectrum::Gait::Symmetric, 20.0),
+        ("khronos_fox.glb", "Walk", spectrum::Gait::Walk, 0.0),
+        ("quaternius_alpaca.glb", "AnimalArmature|Gallop", spectrum::Gait::Gallop, 0.0),
+        (
+            "quaternius_triceratops.glb",
+            "Armature|Triceratops_Walk",
+            spectrum::Gait::Symmetric,
+            20.0,
+        ),
+    ];
+    let (mut shares, mut ours, mut papers) = (Vec::new(), 0.0, 0.0);
+    for (file, clip, gait, yaw_deg) in cases {
+        let subject = || Subject::Rig { file: data.join("rigs").join(file), clip: clip.to_owned() };
+        let found = run_by(Method::Auto, subject(), gait, yaw_deg, &[4, 6, 8]);
+        assert_eq!(found.method, "phase");
+        let paper = run_by(Method::Rbf, subject(), gait, yaw_deg, &[4, 6, 8]);
+        for (row, old) in found.rows.iter().zip(&paper.rows) {
+            let (error, floor) = (row.cells[0].error.mean_deg, row.floor.unwrap().mean_deg);
+            eprintln!("{file} {clip} {}: {error:.2}, floor {floor:.2}", row.poses);
+            assert!(error <= 1.1 * floor, "{file} {clip} {}: {error} of {floor}", row.poses);
+            shares.push(error / floor);
+            ours += error;
+            papers += old.cells[0].error.mean_deg;
+        }
+    }
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    assert!(mean <= 1.03, "{mean} of the floor");
+    assert!(ours <= 0.6 * papers, "{ours} of {papers}");
 }

@@ -170,6 +170,20 @@ pub(crate) enum GaitSymmetry {
     Symmetric,
     /// Canter, gallop, bound: the silhouette repeats every stride.
     Asymmetric,
+    /// Symmetric.
+    Walk,
+    /// Symmetric.
+    Trot,
+    /// Symmetric.
+    Pace,
+    /// Symmetric.
+    Amble,
+    /// Asymmetric.
+    Canter,
+    /// Asymmetric.
+    Gallop,
+    /// Asymmetric.
+    Bound,
 }
 
 /// `keys`.
@@ -222,7 +236,8 @@ pub(crate) struct Animate {
     /// Where to write the animated rig. Default: `animation.glb` (or .gltf) in the shot.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// `rbf`, or `switching` between the halves of the stride (needs partners). Default: what the keys ask for.
+    /// `phase`, `rbf`, or `switching` between the halves of the stride (needs partners). Keys are chosen anew when it
+    /// changes between `phase` and the others. Default: auto.
     #[arg(long, value_enum)]
     pub(crate) method: Option<Method>,
     /// Frames a second of the animation's time axis: frame i is at i/fps. Default: the shot's.
@@ -239,8 +254,10 @@ pub(crate) struct Animate {
 /// How poses are interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Method {
-    /// `switching` where the keys have partners, else `rbf`.
+    /// `switching` where the keys have partners, else `phase` where the silhouette repeats.
     Auto,
+    /// A periodic cubic spline over the measured gait phase.
+    Phase,
     /// One Gaussian radial basis over all key images.
     Rbf,
     /// Models over half-strides, switched in order.
@@ -285,6 +302,15 @@ pub(crate) struct View {
     /// Picture size.
     #[arg(long, value_name = "WxH", default_value = "320x240")]
     pub(crate) size: String,
+    /// Change of the speed from the first frame to the last, as a share of the mean speed.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) speed_drift: f64,
+    /// Standard deviation of the strides' durations, as a share.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub(crate) stride_variation: f64,
+    /// Share of frames whose mask is broken.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub(crate) broken_masks: f64,
 }
 
 /// `validate`.
@@ -296,13 +322,17 @@ pub(crate) struct Validate {
     /// Numbers of key poses, rows of the error table: `4` or `2-5` or `4,8`.
     #[arg(long, value_name = "N[,N…]", default_value = "2-5")]
     pub(crate) keys: String,
+    /// What is known of the gait.
+    #[arg(long, value_enum, default_value_t = GaitSymmetry::Unknown)]
+    pub(crate) gait: GaitSymmetry,
     /// Numbers of components, columns of the error table.
     #[arg(long, value_name = "N[,N…]", default_value = "1-5")]
     pub(crate) components: String,
     /// Pose the ambiguous partners too: every key of a row is one silhouette with two poses.
     #[arg(long)]
     pub(crate) partners: bool,
-    /// `rbf`, `switching`, or `auto`: switching with partners, else rbf.
+    /// `phase`, `rbf`, `switching`, or `auto`: switching with partners, else phase. Over the phase the numbers of components
+    /// change nothing.
     #[arg(long, value_enum, default_value_t = Method::Auto)]
     pub(crate) method: Method,
     /// Use the raw scores instead of the band-passed ones.

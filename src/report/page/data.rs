@@ -103,7 +103,7 @@ pub struct ComponentRow {
 pub struct KeySummary {
     /// How they were found, in words.
     pub method: String,
-    /// Condition number of the interpolation matrix.
+    /// Condition number of the interpolation matrix; 0 for keys that were not chosen by it.
     pub condition: f64,
     /// Whether no other set can be better.
     pub proven_optimal: bool,

@@ -14,11 +14,7 @@ use crate::terminal::Bars;
 pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
     let (mut shot, _lock) = open(&args.stage)?;
     if let Some(gait) = args.gait {
-        shot.settings.analysis.gait = match gait {
-            GaitSymmetry::Unknown => Gait::Unknown,
-            GaitSymmetry::Symmetric => Gait::Symmetric,
-            GaitSymmetry::Asymmetric => Gait::Asymmetric,
-        };
+        shot.settings.analysis.gait = named_gait(gait);
         shot.save_settings()?;
     }
     if let Some(flagged) = args.flagged {
@@ -34,6 +30,22 @@ pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::R
     output.kept(&result.outcome.kept);
     output.result(&result.diagnosis, &text(&result.diagnosis))?;
     Ok(ending(&result.diagnosis, args.strict))
+}
+
+/// The library's word for a gait.
+pub(crate) fn named_gait(gait: GaitSymmetry) -> Gait {
+    match gait {
+        GaitSymmetry::Unknown => Gait::Unknown,
+        GaitSymmetry::Symmetric => Gait::Symmetric,
+        GaitSymmetry::Asymmetric => Gait::Asymmetric,
+        GaitSymmetry::Walk => Gait::Walk,
+        GaitSymmetry::Trot => Gait::Trot,
+        GaitSymmetry::Pace => Gait::Pace,
+        GaitSymmetry::Amble => Gait::Amble,
+        GaitSymmetry::Canter => Gait::Canter,
+        GaitSymmetry::Gallop => Gait::Gallop,
+        GaitSymmetry::Bound => Gait::Bound,
+    }
 }
 
 /// An unusable clip is an answer; under `--strict` it has an exit code of its own.

@@ -49,6 +49,7 @@ fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
     if let Some(method) = args.method {
         animation.method = match method {
             Method::Auto => shot::Method::Auto,
+            Method::Phase => shot::Method::Phase,
             Method::Rbf => shot::Method::Rbf,
             Method::Switching => shot::Method::Switching,
         };

@@ -62,12 +62,29 @@ pub(crate) fn text(keys: &StoredKeys, shot: &Shot) -> String {
         let partner = key.partner_of.map(|of| format!("  partner of {of}")).unwrap_or_default();
         text.push_str(&format!("{:<4} {:<6} {:.3} s{partner}\n", key.key, key.frame, key.time_s));
     }
-    let proof = if keys.proven_optimal {
-        "no other set is better".to_owned()
-    } else {
-        format!("not proven; no set is below {:.4}", keys.lower_bound)
-    };
-    text.push_str(&format!("condition number {:.4} ({proof})\n", keys.condition));
+    if let Some(share) = keys.expected_error_share {
+        text.push_str(&format!(
+            "expected error {:.0} % of the motion (no other set is better)\n",
+            100.0 * share
+        ));
+        let lines: Vec<String> = keys
+            .budget
+            .iter()
+            .map(|b| format!("{} keys {:.0} %", b.keys, 100.0 * b.expected_error_share))
+            .collect();
+        text.push_str(&format!("with {}\n", lines.join(", ")));
+    }
+    if let Some(frame) = keys.next_frame {
+        text.push_str(&format!("to pose one frame more beside these: frame {frame}\n"));
+    }
+    if let (Some(condition), Some(bound)) = (keys.condition, keys.lower_bound) {
+        let proof = if keys.proven_optimal {
+            "no other set is better".to_owned()
+        } else {
+            format!("not proven; no set is below {bound:.4}")
+        };
+        text.push_str(&format!("condition number {condition:.4} ({proof})\n"));
+    }
     text.push_str(&format!("pose these: {}\n", shown(&shot.path(paths::CONTACT_SHEET))));
     text
 }

@@ -4,8 +4,9 @@ use muybridge::pipeline::Progress;
 use muybridge::report::plots::{ErrorCurve, ErrorCurves, ReferenceLevel, error_curves};
 use muybridge::shot::{self, Stage, write_atomically};
 use muybridge::synthetic::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
 
+use super::analyze::named_gait;
 use crate::Ending;
 use crate::args::{Method, Validate, View};
 use crate::output::Output;
@@ -19,8 +20,10 @@ pub(crate) fn execute(args: &Validate, output: &Output, bars: &Bars) -> anyhow::
         keys: usage::list("--keys", &args.keys)?,
         components: usage::list("--components", &args.components)?,
         partners: args.partners,
+        gait: named_gait(args.gait),
         method: match args.method {
             Method::Auto => shot::Method::Auto,
+            Method::Phase => shot::Method::Phase,
             Method::Rbf => shot::Method::Rbf,
             Method::Switching => shot::Method::Switching,
         },
@@ -71,5 +74,10 @@ pub(crate) fn shooting(view: &View) -> anyhow::Result<Shooting> {
         noise: view.noise,
         seed: view.seed,
         size_px: usage::size("--size", &view.size)?,
+        unsteady: Unsteady {
+            speed_drift: view.speed_drift,
+            stride_variation: view.stride_variation,
+            broken_masks: view.broken_masks,
+        },
     })
 }
