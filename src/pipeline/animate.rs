@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::stages::{json, weights};
+use super::timing::{self, LoopTiming, Timed};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
 use crate::export::{BvhSettings, append_animation, bvh};
-use crate::interpolate::{blend, largest_step};
-use crate::rig::{File, KeyPoses, Moment, PoseSpec};
+use crate::interpolate::{Seam, blend, largest_step, smoothest_start};
+use crate::rig::{Clip, File, KeyPoses, Moment, PoseSpec};
 use crate::shot::{
-    Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, WeightTable, hash_file, hash_files,
-    hash_value, paths, read,
+    Freshness, PoseOfKey, Reads, Shot, Stage, StoredAnimation, StoredLoop, WeightTable, hash_file,
+    hash_files, hash_value, paths, read,
 };
 
 /// What `animate` made.
@@ -40,11 +41,12 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
     let mut rig_files = vec![file.path().to_owned()];
     rig_files.extend(file.referenced_files().into_iter().filter(|f| f.is_file()));
     let settings = (&shot.settings.animation, &shot.settings.pose_of_key, shot.fps(), shot.name());
-    let reads = Reads::from([
+    let mut reads = Reads::from([
         ("weights".to_owned(), hash_file(&shot.path(paths::WEIGHTS))?),
         ("rig".to_owned(), hash_files(&rig_files)?),
         ("settings".to_owned(), hash_value(&settings)),
     ]);
+    timing::reads(shot, &mut reads)?;
     let outside = file.referenced_files();
     if !options.force && shot.freshness(Stage::Animate, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Animate)? };
@@ -64,10 +66,13 @@ fn write(
     options: Options,
 ) -> Result<(StoredAnimation, Outcome)> {
     let settings = &shot.settings.animation;
-    let fps = if settings.fps > 0.0 { settings.fps } else { shot.fps() };
+    let Timed { values, fps, looped } = timing::timed(shot, table)?;
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
     let poses = KeyPoses::read(file, specs, shot.fps())?;
-    let clip = blend(&name, fps, file.skeleton(), &poses, &table.values)?;
+    let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
+    if looped.is_some() {
+        begin_at(&mut clip, smoothest_start(&clip));
+    }
     if !options.progress.step(Stage::Animate, 1, Some(2)) {
         return Err(Error::Interrupted);
     }
@@ -83,7 +88,7 @@ fn write(
         writer.put(paths::BVH, text.as_bytes())?;
     }
     let switching = table.models.iter().any(Option::is_some);
-    let sums: Vec<f64> = (0..table.frames()).map(|t| table.sum(t)).collect();
+    let sums: Vec<f64> = values.chunks(table.poses).map(|row| row.iter().sum()).collect();
     let step = largest_step(&clip);
     let animation = StoredAnimation {
         path,
@@ -91,15 +96,34 @@ fn write(
         fps,
         frames: clip.poses.len(),
         method: if switching { "switching" } else { "rbf" }.to_owned(),
-        weight_range: range(&table.values),
+        weight_range: range(&values),
         sum_range: range(&sums),
         largest_step_deg: step.angle_deg,
         largest_step_frame: step.frame,
         moved_nodes: poses.driven.iter().filter(|d| d.translation || d.rotation || d.scale).count(),
+        retime: settings.retime,
+        looped: looped.map(|timing| stored_loop(timing, &clip)),
     };
     writer.put(paths::ANIMATION, &json(&animation)?)?;
     let kept = writer.commit()?.kept;
     Ok((animation, Outcome { ran: true, kept }))
+}
+
+/// Lets a loop begin with another of its poses.
+fn begin_at(clip: &mut Clip, start: usize) {
+    clip.poses.pop();
+    clip.poses.rotate_left(start);
+    clip.poses.extend(clip.poses.first().cloned());
+}
+
+fn stored_loop(timing: LoopTiming, clip: &Clip) -> StoredLoop {
+    StoredLoop {
+        strides: timing.strides,
+        strides_seen: timing.strides_seen,
+        duration_s: clip.poses.len().saturating_sub(1) as f64 / clip.fps,
+        stretch: timing.stretch,
+        seam: Seam::of(clip),
+    }
 }
 
 /// External files of a rig with the path they need in the shot: the same relative to the animated

@@ -11,6 +11,7 @@ mod new;
 mod progress;
 mod segment;
 mod stages;
+mod timing;
 
 pub use analysis::{MaskAnalysis, analyse_masks};
 pub use animate::{AnimationResult, animate};

@@ -23,7 +23,8 @@ pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
-    KeyImage, StoredAnimation, StoredComponent, StoredDiagnosis, StoredKeys, StoredTrend,
+    KeyImage, StoredAnimation, StoredComponent, StoredDiagnosis, StoredKeys, StoredLoop,
+    StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 

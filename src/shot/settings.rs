@@ -95,6 +95,9 @@ impl ShotFile {
         within("keys.time_limit_s", keys.time_limit_s >= 0.0, "is 0 or more")?;
         let fps = animation.fps;
         within("animation.fps", fps.is_finite() && fps >= 0.0, "is 0 or a frame rate")?;
+        let retime = animation.retime;
+        within("animation.retime", (0.01..=100.0).contains(&retime), "is 0.01 to 100")?;
+        within("animation.loop_strides", animation.loop_strides <= 1000, "is 0 to 1000")?;
         within("animation.start_model", animation.start_model <= 4, "is 0 to 4")?;
         let clean = &self.silhouette.clean;
         for (name, share, most) in [
@@ -218,8 +221,12 @@ pub struct Animation {
     pub clamp: bool,
     /// Weights of a frame sum to one.
     pub normalize: bool,
-    /// Time axis of the animation; 0 for the footage's rate.
+    /// Frames a second of the animation, which is resampled to it; 0 for the footage's rate.
     pub fps: f64,
+    /// How many times as fast as the footage the animation plays.
+    pub retime: f64,
+    /// Strides of the seamless loop that is written instead of the whole clip; 0 for none.
+    pub loop_strides: usize,
     /// Switching: the model of the first frame, from 1; 0 finds it from the keys.
     pub start_model: usize,
     /// Whether a BVH file is written too.
@@ -236,6 +243,8 @@ impl Default for Animation {
             clamp: false,
             normalize: false,
             fps: 0.0,
+            retime: 1.0,
+            loop_strides: 0,
             start_model: 0,
             bvh: true,
         }
@@ -385,7 +394,18 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     ),
     ("animation.clamp", "Keep every weight within 0 and 1."),
     ("animation.normalize", "Make the weights of every frame sum to one."),
-    ("animation.fps", "Time axis of the animation, frames a second; 0 takes the footage's."),
+    (
+        "animation.fps",
+        "Frames a second of the animation, which is resampled to them; 0 takes the footage's.",
+    ),
+    (
+        "animation.retime",
+        "How many times as fast as the footage the animation plays; 4 undoes a slow motion of four times.",
+    ),
+    (
+        "animation.loop_strides",
+        "Write one seamless loop of so many strides instead of the whole clip; 0 writes the clip.",
+    ),
     (
         "animation.start_model",
         "Switching: the model of the first frame, from 1; 0 finds it from the keys.",

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::store::read;
 use super::{Projections, Shot, paths};
 use crate::error::{Error, Result};
+use crate::interpolate::Seam;
 
 /// `analysis/diagnosis.json`, which is also what `analyze --json` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -185,6 +186,27 @@ pub struct StoredAnimation {
     pub largest_step_frame: usize,
     /// Number of nodes that move.
     pub moved_nodes: usize,
+    /// How many times as fast as the footage it plays.
+    pub retime: f64,
+    /// The loop; null when the whole clip was written.
+    #[serde(rename = "loop")]
+    pub looped: Option<StoredLoop>,
+}
+
+/// The loop in `animation.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredLoop {
+    /// Strides of the loop.
+    pub strides: usize,
+    /// Strides of the clip that it is averaged over.
+    pub strides_seen: f64,
+    /// Duration of the loop, seconds.
+    pub duration_s: f64,
+    /// By what factor the loop is longer than the strides it was taken from, because it has a whole
+    /// number of frames.
+    pub stretch: f64,
+    /// How well it closes.
+    pub seam: Seam,
 }
 
 impl Shot {

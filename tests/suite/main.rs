@@ -14,6 +14,7 @@ mod frames;
 mod gltf_fixture;
 mod interpolate;
 mod layers;
+mod loops;
 mod report;
 mod resume;
 mod rig;

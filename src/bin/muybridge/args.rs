@@ -225,9 +225,16 @@ pub(crate) struct Animate {
     /// `rbf`, or `switching` between the halves of the stride (needs partners). Default: what the keys ask for.
     #[arg(long, value_enum)]
     pub(crate) method: Option<Method>,
-    /// Frames a second of the animation's time axis: frame i is at i/fps. Default: the shot's.
+    /// Frames a second of the animation, resampled: frame i is at i/fps. Default: the shot's.
     #[arg(long, value_name = "HZ")]
     pub(crate) fps: Option<f64>,
+    /// Play so many times as fast as the footage: 4 undoes a slow motion of four times. Default: 1.
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) retime: Option<f64>,
+    /// Write a seamless loop of N strides (1 when N is left out), averaged over all strides of the
+    /// clip, instead of the whole clip. 0 writes the whole clip again.
+    #[arg(long = "loop", value_name = "N", num_args = 0..=1, default_missing_value = "1")]
+    pub(crate) loop_strides: Option<usize>,
     /// Keep every weight within 0 and 1.
     #[arg(long)]
     pub(crate) clamp: bool,

@@ -5,7 +5,9 @@ use std::path::Path;
 use anyhow::Context;
 use muybridge::pipeline::{self, AnimationResult};
 use muybridge::rig::{Moment, PoseSpec};
-use muybridge::shot::{self, PoseOfKey, Shot, StoredAnimation, relative_to, write_atomically};
+use muybridge::shot::{
+    self, PoseOfKey, Shot, StoredAnimation, StoredLoop, relative_to, write_atomically,
+};
 
 use super::{open, options, shown};
 use crate::Ending;
@@ -56,6 +58,12 @@ fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
     if let Some(fps) = args.fps {
         animation.fps = fps;
     }
+    if let Some(retime) = args.retime {
+        animation.retime = retime;
+    }
+    if let Some(strides) = args.loop_strides {
+        animation.loop_strides = strides;
+    }
     animation.clamp |= args.clamp;
     animation.normalize |= args.normalize;
     Ok(())
@@ -75,11 +83,26 @@ fn copy_out(
     Ok(shown(out))
 }
 
+fn loop_text(l: &StoredLoop) -> String {
+    format!(
+        "loop of {} stride{}, {:.3} s, averaged over {:.1}; at its seam {:.1e} degrees, \
+         turns change by {:.2} degrees a frame (median turn {:.2})\n",
+        l.strides,
+        if l.strides == 1 { "" } else { "s" },
+        l.duration_s,
+        l.strides_seen,
+        l.seam.angle_deg,
+        l.seam.angle_jump_deg,
+        l.seam.median_turn_deg
+    )
+}
+
 pub(crate) fn text(a: &StoredAnimation) -> String {
+    let looped = a.looped.as_ref().map_or_else(String::new, loop_text);
     format!(
         "{}\nanimation «{}»: {} frames at {} frames a second, by {}\n\
          weights {:.3} to {:.3}, their sums {:.3} to {:.3}\n\
-         largest turn of a joint between frames: {:.1} degrees\n",
+         largest turn of a joint between frames: {:.1} degrees\n{looped}",
         a.path,
         a.animation,
         a.frames,
