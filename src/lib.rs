@@ -46,6 +46,7 @@ pub mod mask;
 pub mod rig;
 
 pub mod export;
+pub mod feet;
 pub mod image_pca;
 pub mod interpolate;
 pub mod keys;

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::feet;
 use super::stages::{json, weights};
 use super::timing::{self, LoopTiming, Timed};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
-use crate::export::{BvhSettings, append_animation, bvh};
+use crate::export::{BvhSettings, append_animation_with_extras, bvh};
 use crate::interpolate::{Seam, blend, largest_step, smoothest_start};
 use crate::rig::{Clip, File, KeyPoses, Moment, PoseSpec};
 use crate::shot::{
@@ -40,7 +41,13 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
     let specs = pose_specs(shot, table.poses)?;
     let mut rig_files = vec![file.path().to_owned()];
     rig_files.extend(file.referenced_files().into_iter().filter(|f| f.is_file()));
-    let settings = (&shot.settings.animation, &shot.settings.pose_of_key, shot.fps(), shot.name());
+    let settings = (
+        &shot.settings.animation,
+        &shot.settings.feet,
+        &shot.settings.pose_of_key,
+        shot.fps(),
+        shot.name(),
+    );
     let mut reads = Reads::from([
         ("weights".to_owned(), hash_file(&shot.path(paths::WEIGHTS))?),
         ("rig".to_owned(), hash_files(&rig_files)?),
@@ -70,13 +77,21 @@ fn write(
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
     let poses = KeyPoses::read(file, specs, shot.fps())?;
     let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
-    if looped.is_some() {
-        begin_at(&mut clip, smoothest_start(&clip));
-    }
     if !options.progress.step(Stage::Animate, 1, Some(2)) {
         return Err(Error::Interrupted);
     }
-    let appended = append_animation(file, &clip)?;
+    let mut ground = feet::stand(shot, file, &mut clip, looped.is_some())?;
+    if looped.is_some() {
+        let start = smoothest_start(&clip);
+        begin_at(&mut clip, start);
+        if let Some(ground) = &mut ground {
+            ground.begin_at(start);
+        }
+    }
+    let looped = looped.map(|timing| stored_loop(timing, &clip));
+    let feet = ground.map(|ground| ground.finish(shot, file, &mut clip));
+    let extras = feet.as_ref().map(feet::extras);
+    let appended = append_animation_with_extras(file, &clip, extras.as_ref())?;
     let path = format!("animation.{}", appended.extension);
     let mut writer = shot.begin(Stage::Animate, reads, options.force)?;
     writer.put(&path, &appended.bytes)?;
@@ -102,7 +117,8 @@ fn write(
         largest_step_frame: step.frame,
         moved_nodes: poses.driven.iter().filter(|d| d.translation || d.rotation || d.scale).count(),
         retime: settings.retime,
-        looped: looped.map(|timing| stored_loop(timing, &clip)),
+        looped,
+        feet,
     };
     writer.put(paths::ANIMATION, &json(&animation)?)?;
     let kept = writer.commit()?.kept;

@@ -7,6 +7,7 @@ mod analysis;
 mod animate;
 mod choose;
 mod demo;
+mod feet;
 mod new;
 mod progress;
 mod segment;

@@ -17,14 +17,15 @@ pub use lock::Lock;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
 pub use settings::{
-    Analysis, Animation, FlaggedFrames, Keys, Method, PoseOfKey, Poses, ShotFile, Source,
+    Analysis, Animation, Feet, FlaggedFrames, Keys, Method, PoseOfKey, Poses, Root, ShotFile,
+    Source,
 };
 pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
-    KeyImage, StoredAnimation, StoredComponent, StoredDiagnosis, StoredKeys, StoredLoop,
-    StoredTrend,
+    KeyImage, StoredAnimation, StoredComponent, StoredContact, StoredDiagnosis, StoredFeet,
+    StoredFoot, StoredKeys, StoredLoop, StoredPlanting, StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 

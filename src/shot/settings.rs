@@ -23,6 +23,8 @@ pub struct ShotFile {
     pub keys: Keys,
     /// Poses to animation.
     pub animation: Animation,
+    /// Feet on the ground.
+    pub feet: Feet,
     /// The rig with the key poses.
     pub poses: Poses,
     /// Which pose belongs to which key.
@@ -251,6 +253,46 @@ impl Default for Animation {
     }
 }
 
+/// Whether the animated rig stays where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Root {
+    /// The body stays and the ground passes below it.
+    #[default]
+    InPlace,
+    /// The body goes where the feet push it.
+    Travel,
+}
+
+impl Root {
+    /// The word in settings and documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Root::InPlace => "in-place",
+            Root::Travel => "travel",
+        }
+    }
+}
+
+/// `[feet]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Feet {
+    /// Names of the nodes that are feet; empty to find them.
+    pub nodes: Vec<String>,
+    /// Whether feet that are down are held in their place.
+    pub plant: bool,
+    /// Root motion.
+    pub root: Root,
+}
+
+impl Default for Feet {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), plant: true, root: Root::InPlace }
+    }
+}
+
 /// `[poses]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -289,6 +331,7 @@ pub(super) const TABLES: &[(&str, &str)] = &[
     ("analysis", "Image PCA, spectrum and verdict."),
     ("keys", "The frames worth posing."),
     ("animation", "Poses to animation."),
+    ("feet", "Feet on the ground."),
     (
         "poses",
         "The rig with your key poses (glTF or GLB). Then one table for each key, like\n  [[pose]]\n  key = 1\n  clip = \"KeyPoses\"\n  frame = 1        # or: time = 0.04 (seconds)",
@@ -411,5 +454,14 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
         "Switching: the model of the first frame, from 1; 0 finds it from the keys.",
     ),
     ("animation.bvh", "Write animation.bvh too."),
+    (
+        "feet.nodes",
+        "Names of the rig's nodes that are feet; empty finds them by mesh, hierarchy and motion.",
+    ),
+    ("feet.plant", "Hold feet that are down in their place, by inverse kinematics of the legs."),
+    (
+        "feet.root",
+        "in-place (the ground passes below the animal) or travel (the animal goes at the ground's speed).",
+    ),
     ("poses.rig", "The rig's file."),
 ];

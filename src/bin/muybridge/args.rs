@@ -235,12 +235,30 @@ pub(crate) struct Animate {
     /// clip, instead of the whole clip. 0 writes the whole clip again.
     #[arg(long = "loop", value_name = "N", num_args = 0..=1, default_missing_value = "1")]
     pub(crate) loop_strides: Option<usize>,
+    /// Whether the animal stays in its place or travels at the speed its feet push it. Default: in-place.
+    #[arg(long, value_enum)]
+    pub(crate) root: Option<Root>,
+    /// Hold feet that are down in their place (the default).
+    #[arg(long, overrides_with = "no_plant")]
+    pub(crate) plant: bool,
+    /// Leave the feet as the poses put them.
+    #[arg(long)]
+    pub(crate) no_plant: bool,
     /// Keep every weight within 0 and 1.
     #[arg(long)]
     pub(crate) clamp: bool,
     /// Make the weights of every frame sum to one.
     #[arg(long)]
     pub(crate) normalize: bool,
+}
+
+/// Whether the animated rig stays where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Root {
+    /// The ground passes below the animal.
+    InPlace,
+    /// The animal goes over the ground.
+    Travel,
 }
 
 /// How poses are interpolated.
