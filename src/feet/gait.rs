@@ -36,6 +36,22 @@ pub enum Limb {
     Other,
 }
 
+impl Limb {
+    /// The limb in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Limb::LeftHind => "left hind",
+            Limb::LeftFore => "left fore",
+            Limb::RightHind => "right hind",
+            Limb::RightFore => "right fore",
+            Limb::Left => "left",
+            Limb::Right => "right",
+            Limb::Other => "foot",
+        }
+    }
+}
+
 /// What one limb does in a stride.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimbReport {

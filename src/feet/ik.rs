@@ -192,3 +192,107 @@ pub(super) fn orthonormal(m: &Matrix3<f64>) -> UnitQuaternion<f64> {
     let columns: [Vector3<f64>; 3] = std::array::from_fn(|i| m.column(i).normalize());
     UnitQuaternion::from_basis_unchecked(&columns)
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::rig::{Node, NodePose};
+
+    /// A chain of bones along their parents' -Y under a scaled and turned root, bent by `angles`.
+    fn chain(lengths: &[f64], angles: &[[f64; 3]]) -> (Skeleton, Pose, Vec<usize>) {
+        let root = NodePose {
+            rotation: UnitQuaternion::from_euler_angles(0.3, -0.7, 1.1),
+            scale: Vector3::repeat(3.0),
+            ..NodePose::IDENTITY
+        };
+        let mut nodes = vec![Node { name: "root".to_owned(), parent: None, rest: root }];
+        for (i, angle) in angles.iter().enumerate() {
+            let above = if i == 0 { 0.5 } else { lengths[i - 1] };
+            let rest = NodePose {
+                translation: Vector3::new(0.0, -above, 0.0),
+                rotation: rotation_from_vector(&Vector3::from(*angle)),
+                ..NodePose::IDENTITY
+            };
+            nodes.push(Node { name: i.to_string(), parent: Some(i), rest });
+        }
+        let tip = NodePose {
+            translation: Vector3::new(0.0, -lengths[angles.len() - 1], 0.0),
+            ..NodePose::IDENTITY
+        };
+        nodes.push(Node { name: "tip".to_owned(), parent: Some(angles.len()), rest: tip });
+        let skeleton = Skeleton { nodes };
+        let pose = skeleton.rest_pose();
+        (skeleton, pose, (1..=angles.len()).collect())
+    }
+
+    fn tip(skeleton: &Skeleton, pose: &Pose) -> Point3<f64> {
+        let last = skeleton.nodes.len() - 1;
+        skeleton.world_matrices(pose)[last].transform_point(&Point3::origin())
+    }
+
+    fn bends(count: usize) -> impl Strategy<Value = Vec<[f64; 3]>> {
+        prop::collection::vec(prop::array::uniform3(-0.8..0.8_f64), count)
+    }
+
+    proptest! {
+        #[test]
+        fn a_place_the_chain_can_take_is_reached(
+            (lengths, from, to) in (2..7_usize).prop_flat_map(|n| {
+                (prop::collection::vec(0.2..1.0_f64, n), bends(n), bends(n))
+            }),
+        ) {
+            let (skeleton, mut pose, joints) = chain(&lengths, &from);
+            let (other, posed, _) = chain(&lengths, &to);
+            // A target that some pose of the same bones takes, and no bone longer than the rest.
+            let target = tip(&other, &posed);
+            let end = skeleton.nodes.len() - 1;
+            let bones = pose.clone();
+            let reached = reach(&skeleton, &mut pose, &joints, (end, Point3::origin()), target);
+            prop_assert!(reached.distance < 1e-6, "{}", reached.distance);
+            prop_assert!((tip(&skeleton, &pose) - target).norm() < 1e-6);
+            for (a, b) in pose.nodes.iter().zip(&bones.nodes) {
+                prop_assert_eq!((a.translation, a.scale), (b.translation, b.scale));
+            }
+        }
+
+        #[test]
+        fn out_of_reach_the_chain_is_stretched_towards_the_target(
+            from in bends(3), direction in prop::array::uniform3(-1.0..1.0_f64),
+        ) {
+            prop_assume!(Vector3::from(direction).norm() > 0.2);
+            let (skeleton, mut pose, joints) = chain(&[1.0, 0.7, 0.5], &from);
+            let top = skeleton.world_matrices(&pose)[1].transform_point(&Point3::origin());
+            let target = top + Vector3::from(direction).normalize() * 10.0;
+            let reached = reach(&skeleton, &mut pose, &joints, (4, Point3::origin()), target);
+            // The chain is 3 · 2.2 long.
+            prop_assert!((reached.distance - (10.0 - 6.6)).abs() < 0.02, "{}", reached.distance);
+        }
+
+        #[test]
+        fn small_ways_of_the_target_turn_joints_little(from in bends(4), by in prop::array::uniform3(-1.0..1.0_f64)) {
+            let (skeleton, mut pose, joints) = chain(&[0.6, 0.8, 0.7, 0.4], &from);
+            let before = pose.clone();
+            let still = tip(&skeleton, &pose);
+            reach(&skeleton, &mut pose, &joints, (5, Point3::origin()), still);
+            prop_assert_eq!(&pose, &before, "nothing is asked for");
+            // Bent enough that the end can move in every direction.
+            let extent = (still - skeleton.world_matrices(&pose)[1].transform_point(&Point3::origin())).norm();
+            prop_assume!(extent < 0.9 * 3.0 * 2.5);
+            reach(&skeleton, &mut pose, &joints, (5, Point3::origin()), still + Vector3::from(by) * 0.01);
+            for (a, b) in pose.nodes.iter().zip(&before.nodes) {
+                prop_assert!(a.rotation.angle_to(&b.rotation) < 0.06);
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_chain_is_shortened() {
+        let (skeleton, mut pose, joints) = chain(&[1.0, 1.0, 1.0], &[[0.0; 3]; 3]);
+        let top = skeleton.world_matrices(&pose)[1].transform_point(&Point3::origin());
+        let target = top + (tip(&skeleton, &pose) - top) * 0.7;
+        let reached = reach(&skeleton, &mut pose, &joints, (4, Point3::origin()), target);
+        assert!(reached.distance < 1e-6, "{}", reached.distance);
+    }
+}

@@ -2,8 +2,8 @@
 
 use crate::numeric::median;
 
-/// The animal's speed over the ground from how the background moves: the median over the frames of
-/// subject minus background, in picture widths of the animal rather than of the picture.
+/// The animal's speed over the ground, rig units a second, from how the background moves: the median over
+/// the frames of subject minus background.
 ///
 /// `background_px` is by how much the background moved to the right since the frame before, at the
 /// animal's distance, pixels (`dx_px` of `analysis/camera.csv`); `subject_px` where the animal is in each

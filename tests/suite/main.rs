@@ -9,6 +9,7 @@ mod cli;
 mod cli_input;
 mod data;
 mod export;
+mod feet;
 mod flags;
 mod frames;
 mod gltf_fixture;
