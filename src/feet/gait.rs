@@ -227,7 +227,7 @@ fn quadruped(
         };
         return (None, Some(unusual(&format!("the {which}"))));
     }
-    if hind < SLACK && fore < SLACK {
+    if hind < 0.5 * SLACK && fore < 0.5 * SLACK {
         return (Some(if apart(lh, lf) < SLACK { "pronk" } else { "bound" }), None);
     }
     if hind < 0.5 * SLACK {

@@ -40,6 +40,9 @@ pub fn reach(
 ) -> Reached {
     let mut chain = Chain::new(skeleton, pose, joints, end);
     let scale = chain.length().max(f64::MIN_POSITIVE);
+    if chain.distance(&target) < TOLERANCE * scale {
+        return Reached { distance: chain.distance(&target) };
+    }
     chain.solve(&target, scale);
     let reachable = (target - chain.places[0]).norm() < 0.999 * scale;
     if chain.distance(&target) > 1e-4 * scale && reachable && joints.len() > 1 {

@@ -2,8 +2,13 @@
 
 use crate::numeric::median;
 
-/// The animal's speed over the ground, rig units a second, from how the background moves: the median over
-/// the frames of subject minus background.
+/// Three standard deviations in median absolute deviations of a normal distribution.
+const OUTLIER_DEVIATIONS: f64 = 3.0 * 1.4826;
+
+/// The animal's speed over the ground, rig units a second, from how the background moves: the mean over
+/// the frames of subject minus background, with outliers (a cut, a lost registration) drawn in to three
+/// deviations from the median. A mean, since the outline's centre swings to and fro within a stride and
+/// over whole strides only a mean is free of that.
 ///
 /// `background_px` is by how much the background moved to the right since the frame before, at the
 /// animal's distance, pixels (`dx_px` of `analysis/camera.csv`); `subject_px` where the animal is in each
@@ -23,7 +28,11 @@ pub fn ground_speed_from_pan(
         .filter(|v| v.is_finite())
         .collect();
     let usable = !steps.is_empty() && px_per_unit > 0.0 && px_per_unit.is_finite();
-    usable.then(|| median(&steps) * fps / px_per_unit)
+    let middle = median(&steps);
+    let spread = median(&steps.iter().map(|v| (v - middle).abs()).collect::<Vec<_>>());
+    let most = OUTLIER_DEVIATIONS * spread;
+    let sum: f64 = steps.iter().map(|v| v.clamp(middle - most, middle + most)).sum();
+    usable.then(|| sum / steps.len() as f64 * fps / px_per_unit)
 }
 
 #[cfg(test)]

@@ -14,6 +14,10 @@ const LEAVES_AT: f64 = 0.004;
 /// Longest blend in and out of a contact, seconds: about the swing of a walking horse's foot, halved.
 const LONGEST_BLEND_S: f64 = 0.25;
 
+/// A foot is not held where that would move it by more than this share of its leg: its contact is shortened.
+/// Hand-made cycles need .10 to .18; beyond, legs are torn about (angular accelerations double and treble).
+const FARTHEST_SHIFT: f64 = 0.15;
+
 /// Share of a leg's length from which its stretching is eased.
 const STRETCH_EASES_AT: f64 = 0.985;
 
@@ -48,6 +52,13 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     let tracks = foot_tracks(skeleton, &before.poses, feet);
     let mut largest_shift: f64 = 0.0;
     for (at, foot) in feet.iter().enumerate() {
+        near(
+            &mut contacts[at],
+            &tracks[at].soles,
+            falls,
+            clip.fps,
+            FARTHEST_SHIFT * foot.leg_length,
+        );
         // A contact that loses frames changes the blends about it: once more with what is left.
         for round in 0..3 {
             let shifts = shifts(&tracks[at].soles, &contacts[at], falls, clip.fps);
@@ -76,6 +87,40 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
         acceleration_deg_s2: accelerations.map(|a| a.0),
         rms_acceleration_deg_s2: accelerations.map(|a| a.1),
         largest_shift,
+    }
+}
+
+/// Shortens contacts until no frame of them is farther than `limit` from where it would be held. The end
+/// that is farther goes first, since the place is the mean of what is left.
+fn near(contacts: &mut [Contact], track: &[Point3<f64>], falls: &Footfalls, fps: f64, limit: f64) {
+    let ground = falls.forward * (-falls.speed / fps);
+    for c in contacts {
+        loop {
+            let rides = |t: usize| track[t % falls.frames].coords - ground * t as f64;
+            let count = (c.last - c.first + 1) as f64;
+            let mean = (c.first..=c.last).map(rides).sum::<Vector3<f64>>() / count;
+            let off = |t: usize| (rides(t) - mean).norm();
+            let worst = (c.first..=c.last).map(off).fold(0.0, f64::max);
+            if worst <= limit || c.last <= c.first + 1 {
+                break;
+            }
+            if off(c.last) >= off(c.first) {
+                c.last -= 1;
+                c.up_frame = c.last as f64 + 0.5;
+            } else {
+                c.first += 1;
+                c.down_frame = c.first as f64 - 0.5;
+            }
+        }
+        turned_back(c, falls.frames);
+    }
+}
+
+/// A contact of a loop begins within it.
+fn turned_back(c: &mut Contact, frames: usize) {
+    if c.first >= frames {
+        (c.first, c.last) = (c.first - frames, c.last - frames);
+        (c.down_frame, c.up_frame) = (c.down_frame - frames as f64, c.up_frame - frames as f64);
     }
 }
 
@@ -232,10 +277,7 @@ fn shorten(contacts: &mut Vec<Contact>, missed: &[f64], falls: &Footfalls, limit
             c.down_frame = c.first as f64 - 0.5;
             changed = true;
         }
-        if c.first >= n {
-            (c.first, c.last) = (c.first - n, c.last - n);
-            (c.down_frame, c.up_frame) = (c.down_frame - n as f64, c.up_frame - n as f64);
-        }
+        turned_back(c, n);
     }
     let all = contacts.len();
     contacts.retain(|c| (c.first..=c.last).all(|t| missed[t % n] <= limit) || c.last > c.first);

@@ -29,7 +29,7 @@ fn written(desk: &Desk, summary: &Value) -> Clip {
 fn a_loop_closes_and_repeats_the_stride() {
     let desk = Desk::new();
     desk.run("demo --out demo").success();
-    let clip = written(&desk, &desk.json("animate demo"));
+    let clip = written(&desk, &desk.json("animate demo --no-plant"));
     let summary = desk.json("animate demo --loop");
     let looped = &summary["loop"];
     assert_eq!(looped["strides"], 1);
@@ -69,7 +69,7 @@ fn a_loop_closes_and_repeats_the_stride() {
 fn the_clip_is_resampled_to_another_rate_and_speed() {
     let desk = Desk::new();
     desk.run("demo --out demo").success();
-    let plain = written(&desk, &desk.json("animate demo"));
+    let plain = written(&desk, &desk.json("animate demo --no-plant"));
     let double = written(&desk, &desk.json("animate demo --fps 50"));
     assert_eq!((double.poses.len(), double.fps), (199, 50.0));
     for (t, pose) in plain.poses.iter().enumerate() {

@@ -242,7 +242,7 @@ pub(crate) struct Animate {
     #[arg(long, overrides_with = "no_plant")]
     pub(crate) plant: bool,
     /// Leave the feet as the poses put them.
-    #[arg(long)]
+    #[arg(long, overrides_with = "plant")]
     pub(crate) no_plant: bool,
     /// Keep every weight within 0 and 1.
     #[arg(long)]
