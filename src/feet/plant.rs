@@ -280,7 +280,7 @@ fn shorten(contacts: &mut Vec<Contact>, missed: &[f64], falls: &Footfalls, limit
         turned_back(c, n);
     }
     let all = contacts.len();
-    contacts.retain(|c| (c.first..=c.last).all(|t| missed[t % n] <= limit) || c.last > c.first);
+    contacts.retain(|c| c.last > c.first);
     changed || contacts.len() < all
 }
 

@@ -170,7 +170,7 @@ fn planted_feet_do_not_slide_on_any_rig() {
 #[test]
 fn the_speed_of_a_rendered_pan_is_found() {
     for gait in [Gait::Walk, Gait::Canter] {
-        let settings = SyntheticSettings { frames: 24, ..SyntheticSettings::default() };
+        let settings = SyntheticSettings { frames: 50, ..SyntheticSettings::default() };
         let footage = SyntheticFootage::new(gait, settings);
         let (inside, _) = footage.rectangles();
         // A band at the animal's feet, beside and below them: where its ground is.
@@ -181,7 +181,7 @@ fn the_speed_of_a_rendered_pan_is_found() {
                 |x: usize, y: usize| picture.pixel(x, y).iter().map(|&c| f64::from(c)).sum::<f64>();
             rows.map(|y| (0..picture.width()).map(|x| grey(x, y)).collect()).collect()
         };
-        let bands: Vec<_> = (0..24).map(band).collect();
+        let bands: Vec<_> = (0..50).map(band).collect();
         let shift = |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 {
             let cost = |s: i32| -> f64 {
                 let (mut sum, mut n) = (0.0, 0.0);
@@ -201,7 +201,7 @@ fn the_speed_of_a_rendered_pan_is_found() {
         let mut background = vec![0.0];
         background.extend(bands.windows(2).map(|w| shift(&w[0], &w[1])));
         let subject: Vec<f64> =
-            (0..24).map(|t| footage.true_mask(t).centre_of_mass().unwrap().0).collect();
+            (0..50).map(|t| footage.true_mask(t).centre_of_mass().unwrap().0).collect();
         // The scale, from the silhouette's height over the posed model's.
         let model = footage.model();
         let heights = model.posed_vertices(&footage.truth(0).pose);
@@ -243,7 +243,7 @@ fn contacts_and_root_motion_are_written() {
     assert!(number(&seam["angle_deg"]) < 1e-6, "{seam}");
     assert!(number(&seam["angle_jump_deg"]) < number(&seam["median_turn_deg"]), "{seam}");
 
-    let summary = desk.json("animate demo --root travel");
+    let summary = desk.json("animate demo --loop 0 --root travel");
     let feet = &summary["feet"];
     assert_eq!(feet["root"], "travel");
     let path = desk.path(summary["path"].as_str().unwrap());
