@@ -48,6 +48,7 @@ pub mod motion;
 pub mod rig;
 
 pub mod export;
+pub mod feet;
 pub mod image_pca;
 pub mod interpolate;
 pub mod keys;

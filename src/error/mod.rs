@@ -632,6 +632,15 @@ pub enum Error {
         key: usize,
     },
 
+    /// The clip holds fewer strides than a loop should have, or its motion does not advance.
+    #[error("a loop of {strides} strides from a clip of {seen:.1}")]
+    LoopTooShort {
+        /// Strides of the loop.
+        strides: usize,
+        /// Strides in the clip.
+        seen: f64,
+    },
+
     // ---- export ------------------------------------------------------------------------------
     /// A clip drives no channel of any node, so there is no animation to write.
     #[error("the animation \"{name}\" drives no node")]

@@ -195,6 +195,11 @@ impl Error {
 
             // ---- interpolate/blend
             Error::WeightNotFinite { .. } => None,
+            Error::LoopTooShort { strides, .. } => Some(if *strides > 1 {
+                "ask for a loop of fewer strides (--loop 1), or bring a longer clip".to_owned()
+            } else {
+                "bring a clip of at least one stride, or leave out --loop (--loop 0)".to_owned()
+            }),
 
             // ---- export
             Error::NothingDriven { .. } => {

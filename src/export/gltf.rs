@@ -49,6 +49,21 @@ pub struct AppendedGltf {
 /// # Panics
 /// When the clip has not one entry for each node of the file.
 pub fn append_animation(file: &File, clip: &Clip) -> Result<AppendedGltf> {
+    append_animation_with_extras(file, clip, None)
+}
+
+/// The same, with `extras` on the animation: what an application wants to say about it (glTF 2.0 §3.3).
+///
+/// # Errors
+/// As [`append_animation`].
+///
+/// # Panics
+/// As [`append_animation`].
+pub fn append_animation_with_extras(
+    file: &File,
+    clip: &Clip,
+    extras: Option<&Value>,
+) -> Result<AppendedGltf> {
     let skeleton = file.skeleton();
     assert_eq!(clip.driven.len(), skeleton.nodes.len(), "one entry a node");
     let tracks = tracks(skeleton, clip);
@@ -61,7 +76,7 @@ pub fn append_animation(file: &File, clip: &Clip) -> Result<AppendedGltf> {
     }
     let animation = free_name(&file.animation_names(), &clip.name);
     let data = Keys::new(&tracks, clip);
-    let bytes = write(file, &animation, &tracks, &data)?;
+    let bytes = write(file, (&animation, extras), &tracks, &data)?;
     let extension = if file.is_glb() { "glb" } else { "gltf" };
     Ok(AppendedGltf { bytes, extension, animation, referenced_files: file.referenced_files() })
 }
@@ -129,7 +144,12 @@ impl Keys {
     }
 }
 
-fn write(file: &File, name: &str, tracks: &[Track], keys: &Keys) -> Result<Vec<u8>> {
+fn write(
+    file: &File,
+    named: (&str, Option<&Value>),
+    tracks: &[Track],
+    keys: &Keys,
+) -> Result<Vec<u8>> {
     let length =
         |member: &str| file.document().get(member).and_then(Value::as_array).map_or(0, Vec::len);
     let mut splice = Splice::new(file.json());
@@ -149,7 +169,7 @@ fn write(file: &File, name: &str, tracks: &[Track], keys: &Keys) -> Result<Vec<u
         .collect();
     splice.append("accessors", &accessors);
     splice.append("bufferViews", &[view.to_string()]);
-    splice.append("animations", &[animation(name, tracks, keys, first).to_string()]);
+    splice.append("animations", &[animation(named, tracks, keys, first).to_string()]);
     let json = splice.finish();
     check(file, &json, &bin)?;
     match file.container() {
@@ -199,7 +219,12 @@ fn place_data(file: &File, keys: &Keys, splice: &mut Splice<'_>) -> Placed {
     Placed { buffer: 0, offset, chunk: Some(chunk) }
 }
 
-fn animation(name: &str, tracks: &[Track], keys: &Keys, first: usize) -> Value {
+fn animation(
+    (name, extras): (&str, Option<&Value>),
+    tracks: &[Track],
+    keys: &Keys,
+    first: usize,
+) -> Value {
     let samplers: Vec<Value> = (keys.inputs.iter())
         .map(|(input, output)| {
             json!({ "input": first + input, "interpolation": "LINEAR", "output": first + output })
@@ -213,7 +238,11 @@ fn animation(name: &str, tracks: &[Track], keys: &Keys, first: usize) -> Value {
             })
         })
         .collect();
-    json!({ "name": name, "samplers": samplers, "channels": channels })
+    let mut made = json!({ "name": name, "samplers": samplers, "channels": channels });
+    if let Some(extras) = extras {
+        made["extras"] = extras.clone();
+    }
+    made
 }
 
 /// Guards the artist's file against a fault of the splicing: without what was added, the new

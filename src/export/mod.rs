@@ -8,4 +8,4 @@ mod splice;
 mod tracks;
 
 pub use bvh::{BvhSettings, bvh};
-pub use gltf::{AppendedGltf, append_animation};
+pub use gltf::{AppendedGltf, append_animation, append_animation_with_extras};

@@ -4,11 +4,15 @@
 mod blend;
 mod kernel;
 mod over_phase;
+mod retime;
+mod seam;
 mod switching;
 mod weights;
 
 pub use blend::{LargestStep, blend, largest_step};
 pub use kernel::{KernelSettings, Rbf};
 pub use over_phase::weights_over_phase;
+pub use retime::{Loop, evened, loop_frames, resample, seamless};
+pub use seam::{Seam, smoothest_start};
 pub use switching::{SwitchAt, Switching};
 pub use weights::{Method, Weights, weights};

@@ -3,15 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use super::choose::resolved_method;
+use super::feet;
 use super::stages::{json, weights};
+use super::timing::{self, LoopTiming, Timed};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
-use crate::export::{BvhSettings, append_animation, bvh};
-use crate::interpolate::{blend, largest_step};
-use crate::rig::{File, KeyPoses, Moment, PoseSpec};
+use crate::export::{BvhSettings, append_animation_with_extras, bvh};
+use crate::interpolate::{Seam, blend, largest_step, smoothest_start};
+use crate::rig::{Clip, File, KeyPoses, Moment, PoseSpec};
 use crate::shot::{
-    Freshness, Method, PoseOfKey, Reads, Shot, Stage, StoredAnimation, WeightTable, hash_file,
-    hash_files, hash_value, paths, read,
+    Freshness, Method, PoseOfKey, Reads, Shot, Stage, StoredAnimation, StoredLoop, WeightTable,
+    hash_file, hash_files, hash_value, paths, read,
 };
 
 /// What `animate` made.
@@ -40,12 +42,19 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
     let specs = pose_specs(shot, table.poses)?;
     let mut rig_files = vec![file.path().to_owned()];
     rig_files.extend(file.referenced_files().into_iter().filter(|f| f.is_file()));
-    let settings = (&shot.settings.animation, &shot.settings.pose_of_key, shot.fps(), shot.name());
-    let reads = Reads::from([
+    let settings = (
+        &shot.settings.animation,
+        &shot.settings.feet,
+        &shot.settings.pose_of_key,
+        shot.fps(),
+        shot.name(),
+    );
+    let mut reads = Reads::from([
         ("weights".to_owned(), hash_file(&shot.path(paths::WEIGHTS))?),
         ("rig".to_owned(), hash_files(&rig_files)?),
         ("settings".to_owned(), hash_value(&settings)),
     ]);
+    timing::reads(shot, &mut reads)?;
     let outside = file.referenced_files();
     if !options.force && shot.freshness(Stage::Animate, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Animate)? };
@@ -65,14 +74,25 @@ fn write(
     options: Options,
 ) -> Result<(StoredAnimation, Outcome)> {
     let settings = &shot.settings.animation;
-    let fps = if settings.fps > 0.0 { settings.fps } else { shot.fps() };
+    let Timed { values, fps, looped } = timing::timed(shot, table)?;
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
     let poses = KeyPoses::read(file, specs, shot.fps())?;
-    let clip = blend(&name, fps, file.skeleton(), &poses, &table.values)?;
+    let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
     if !options.progress.step(Stage::Animate, 1, Some(2)) {
         return Err(Error::Interrupted);
     }
-    let appended = append_animation(file, &clip)?;
+    let mut ground = feet::stand(shot, file, &mut clip, looped.is_some())?;
+    if looped.is_some() {
+        let start = smoothest_start(&clip);
+        begin_at(&mut clip, start);
+        if let Some(ground) = &mut ground {
+            ground.begin_at(start);
+        }
+    }
+    let looped = looped.map(|timing| stored_loop(timing, &clip));
+    let feet = ground.map(|ground| ground.finish(shot, file, &mut clip));
+    let extras = feet.as_ref().map(feet::extras);
+    let appended = append_animation_with_extras(file, &clip, extras.as_ref())?;
     let path = format!("animation.{}", appended.extension);
     let mut writer = shot.begin(Stage::Animate, reads, options.force)?;
     writer.put(&path, &appended.bytes)?;
@@ -90,7 +110,7 @@ fn write(
         Method::Switching => "switching",
         _ => "rbf",
     };
-    let sums: Vec<f64> = (0..table.frames()).map(|t| table.sum(t)).collect();
+    let sums: Vec<f64> = values.chunks(table.poses).map(|row| row.iter().sum()).collect();
     let step = largest_step(&clip);
     let animation = StoredAnimation {
         path,
@@ -98,15 +118,35 @@ fn write(
         fps,
         frames: clip.poses.len(),
         method: method.to_owned(),
-        weight_range: range(&table.values),
+        weight_range: range(&values),
         sum_range: range(&sums),
         largest_step_deg: step.angle_deg,
         largest_step_frame: step.frame,
         moved_nodes: poses.driven.iter().filter(|d| d.translation || d.rotation || d.scale).count(),
+        retime: settings.retime,
+        looped,
+        feet,
     };
     writer.put(paths::ANIMATION, &json(&animation)?)?;
     let kept = writer.commit()?.kept;
     Ok((animation, Outcome { ran: true, kept }))
+}
+
+/// Lets a loop begin with another of its poses.
+fn begin_at(clip: &mut Clip, start: usize) {
+    clip.poses.pop();
+    clip.poses.rotate_left(start);
+    clip.poses.extend(clip.poses.first().cloned());
+}
+
+fn stored_loop(timing: LoopTiming, clip: &Clip) -> StoredLoop {
+    StoredLoop {
+        strides: timing.strides,
+        strides_seen: timing.strides_seen,
+        duration_s: clip.poses.len().saturating_sub(1) as f64 / clip.fps,
+        stretch: timing.stretch,
+        seam: Seam::of(clip),
+    }
 }
 
 /// External files of a rig with the path they need in the shot: the same relative to the animated

@@ -7,11 +7,13 @@ mod analysis;
 mod animate;
 mod choose;
 mod demo;
+mod feet;
 mod footage;
 mod new;
 mod progress;
 mod segment;
 mod stages;
+mod timing;
 
 pub use analysis::{MaskAnalysis, analyse_masks};
 pub use animate::{AnimationResult, animate};

@@ -2,8 +2,8 @@
 
 use super::drawing::{EIGEN_SHEET, OVERLAY_SHEET};
 use super::page::{
-    AnimationSummary, ComponentRow, FileHash, Finding, Footage, Grade, KeyRow, KeySummary,
-    PageData, Pictures, Plots, Setting, VerdictSummary, WeightSummary,
+    AnimationSummary, ComponentRow, FeetSummary, FileHash, Finding, FootRow, Footage, Grade,
+    KeyRow, KeySummary, PageData, Pictures, Plots, Setting, VerdictSummary, WeightSummary,
 };
 use super::plots::{
     Band, Scores, SilhouetteMeasures, Spectra, Trajectory, WeightCurve, Weights, scores,
@@ -13,8 +13,8 @@ use super::{KeyMark, Png};
 use crate::error::Result;
 use crate::numeric::Coefficients;
 use crate::shot::{
-    Input, PoseOfKey, Reads, SYNTHETIC_PREFIX, Shot, ShotFile, StoredDiagnosis, StoredKeys,
-    WeightTable, paths, read,
+    Input, PoseOfKey, Reads, SYNTHETIC_PREFIX, Shot, ShotFile, StoredDiagnosis, StoredFeet,
+    StoredFoot, StoredKeys, StoredLoop, WeightTable, paths, read,
 };
 use crate::silhouette::{Flag, FrameReport};
 
@@ -308,7 +308,50 @@ fn animation(shot: &Shot) -> Result<AnimationSummary> {
         nodes: stored.moved_nodes,
         largest_step_deg: stored.largest_step_deg,
         largest_step_frame: stored.largest_step_frame,
+        looped: stored.looped.as_ref().map(loop_words),
+        feet: stored.feet.as_ref().map(feet_summary),
     })
+}
+
+fn loop_words(l: &StoredLoop) -> String {
+    format!(
+        "A loop of {} stride(s), averaged over {:.1}. At its seam poses differ by {:.0e}°, and turns change by {:.2}° a frame (median turn {:.2}°).",
+        l.strides, l.strides_seen, l.seam.angle_deg, l.seam.angle_jump_deg, l.seam.median_turn_deg
+    )
+}
+
+fn feet_summary(f: &StoredFeet) -> FeetSummary {
+    let planting = f.planted.as_ref().map(|p| {
+        format!(
+            "Feet that are down are held: they slide by up to {:.2} % of a leg ({:.1} % before). Angular acceleration of the legs' joints: {:.0} degrees/s² rms ({:.0} before), at most {:.0} ({:.0} before).",
+            100.0 * p.slide_leg_lengths[1],
+            100.0 * p.slide_leg_lengths[0],
+            p.rms_acceleration_deg_s2[1],
+            p.rms_acceleration_deg_s2[0],
+            p.peak_acceleration_deg_s2[1],
+            p.peak_acceleration_deg_s2[0]
+        )
+    });
+    let row = |foot: &StoredFoot| FootRow {
+        node: foot.node.clone(),
+        limb: foot.limb.words().to_owned(),
+        duty_factor: foot.duty_factor,
+        phase: foot.phase,
+        contacts: (foot.contacts.iter())
+            .map(|c| format!("{:.2}–{:.2}", c.down_s, c.up_s))
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    FeetSummary {
+        gait: f.gait.clone(),
+        warnings: f.warnings.clone(),
+        ground_speed: f.ground_speed,
+        stride_s: f.stride_s,
+        stride_length: f.stride_length,
+        root: f.root.clone(),
+        planting,
+        rows: f.feet.iter().map(row).collect(),
+    }
 }
 
 /// Runs of frames with the same flags.

@@ -21,14 +21,15 @@ pub use phase_table::PhaseTable;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
 pub use settings::{
-    Analysis, Animation, FlaggedFrames, Keys, Method, PoseOfKey, Poses, ShotFile, Source,
+    Analysis, Animation, Feet, FlaggedFrames, Keys, Method, PoseOfKey, Poses, Root, ShotFile,
+    Source,
 };
 pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
-    BudgetLine, KeyImage, StoredAnimation, StoredComponent, StoredDiagnosis, StoredKeys,
-    StoredStride, StoredTrend,
+    BudgetLine, KeyImage, StoredAnimation, StoredComponent, StoredContact, StoredDiagnosis,
+    StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPlanting, StoredStride, StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 

@@ -23,6 +23,8 @@ pub struct ShotFile {
     pub keys: Keys,
     /// Poses to animation.
     pub animation: Animation,
+    /// Feet on the ground.
+    pub feet: Feet,
     /// The rig with the key poses.
     pub poses: Poses,
     /// Which pose belongs to which key.
@@ -95,6 +97,9 @@ impl ShotFile {
         within("keys.time_limit_s", keys.time_limit_s >= 0.0, "is 0 or more")?;
         let fps = animation.fps;
         within("animation.fps", fps.is_finite() && fps >= 0.0, "is 0 or a frame rate")?;
+        let retime = animation.retime;
+        within("animation.retime", (0.01..=100.0).contains(&retime), "is 0.01 to 100")?;
+        within("animation.loop_strides", animation.loop_strides <= 1000, "is 0 to 1000")?;
         within("animation.start_model", animation.start_model <= 4, "is 0 to 4")?;
         let clean = &self.silhouette.clean;
         for (name, share, most) in [
@@ -221,8 +226,12 @@ pub struct Animation {
     pub clamp: bool,
     /// Weights of a frame sum to one.
     pub normalize: bool,
-    /// Time axis of the animation; 0 for the footage's rate.
+    /// Frames a second of the animation, which is resampled to it; 0 for the footage's rate.
     pub fps: f64,
+    /// How many times as fast as the footage the animation plays.
+    pub retime: f64,
+    /// Strides of the seamless loop that is written instead of the whole clip; 0 for none.
+    pub loop_strides: usize,
     /// Switching: the model of the first frame, from 1; 0 finds it from the keys.
     pub start_model: usize,
     /// Whether a BVH file is written too.
@@ -239,9 +248,51 @@ impl Default for Animation {
             clamp: false,
             normalize: false,
             fps: 0.0,
+            retime: 1.0,
+            loop_strides: 0,
             start_model: 0,
             bvh: true,
         }
+    }
+}
+
+/// Whether the animated rig stays where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Root {
+    /// The body stays and the ground passes below it.
+    #[default]
+    InPlace,
+    /// The body goes where the feet push it.
+    Travel,
+}
+
+impl Root {
+    /// The word in settings and documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Root::InPlace => "in-place",
+            Root::Travel => "travel",
+        }
+    }
+}
+
+/// `[feet]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Feet {
+    /// Names of the nodes that are feet; empty to find them.
+    pub nodes: Vec<String>,
+    /// Whether feet that are down are held in their place.
+    pub plant: bool,
+    /// Root motion.
+    pub root: Root,
+}
+
+impl Default for Feet {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), plant: true, root: Root::InPlace }
     }
 }
 
@@ -283,6 +334,7 @@ pub(super) const TABLES: &[(&str, &str)] = &[
     ("analysis", "Image PCA, spectrum and verdict."),
     ("keys", "The frames worth posing."),
     ("animation", "Poses to animation."),
+    ("feet", "Feet on the ground."),
     (
         "poses",
         "The rig with your key poses (glTF or GLB). Then one table for each key, like\n  [[pose]]\n  key = 1\n  clip = \"KeyPoses\"\n  frame = 1        # or: time = 0.04 (seconds)",
@@ -395,11 +447,31 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     ),
     ("animation.clamp", "Keep every weight within 0 and 1."),
     ("animation.normalize", "Make the weights of every frame sum to one."),
-    ("animation.fps", "Time axis of the animation, frames a second; 0 takes the footage's."),
+    (
+        "animation.fps",
+        "Frames a second of the animation, which is resampled to them; 0 takes the footage's.",
+    ),
+    (
+        "animation.retime",
+        "How many times as fast as the footage the animation plays; 4 undoes a slow motion of four times.",
+    ),
+    (
+        "animation.loop_strides",
+        "Write one seamless loop of so many strides instead of the whole clip; 0 writes the clip.",
+    ),
     (
         "animation.start_model",
         "Switching: the model of the first frame, from 1; 0 finds it from the keys.",
     ),
     ("animation.bvh", "Write animation.bvh too."),
+    (
+        "feet.nodes",
+        "Names of the rig's nodes that are feet; empty finds them by mesh, hierarchy and motion.",
+    ),
+    ("feet.plant", "Hold feet that are down in their place, by inverse kinematics of the legs."),
+    (
+        "feet.root",
+        "in-place (the ground passes below the animal) or travel (the animal goes at the ground's speed).",
+    ),
     ("poses.rig", "The rig's file."),
 ];

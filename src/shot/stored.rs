@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::store::read;
 use super::{Projections, Shot, paths};
 use crate::error::{Error, Result};
+use crate::feet::Limb;
+use crate::interpolate::Seam;
 
 /// `analysis/diagnosis.json`, which is also what `analyze --json` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -221,6 +223,101 @@ pub struct StoredAnimation {
     pub largest_step_frame: usize,
     /// Number of nodes that move.
     pub moved_nodes: usize,
+    /// How many times as fast as the footage it plays.
+    pub retime: f64,
+    /// The loop; null when the whole clip was written.
+    #[serde(rename = "loop")]
+    pub looped: Option<StoredLoop>,
+    /// Feet, contacts, ground and gait; null when no feet on the ground were found.
+    pub feet: Option<StoredFeet>,
+}
+
+/// Feet on the ground in `animation.json`. Lengths are in the rig's unit; frames are the animation's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredFeet {
+    /// The gait's name; null when it has none.
+    pub gait: Option<String>,
+    /// Why the order of the feet or the planting should be looked at, in words.
+    pub warnings: Vec<String>,
+    /// Speed over the ground, rig units a second.
+    pub ground_speed: f64,
+    /// The same in mean leg lengths a second.
+    pub ground_speed_leg_lengths: f64,
+    /// Where the animal goes: a horizontal unit vector.
+    pub forward: [f64; 3],
+    /// Duration of a stride, seconds; null when no foot comes down twice.
+    pub stride_s: Option<f64>,
+    /// Way of a stride.
+    pub stride_length: Option<f64>,
+    /// "in-place" or "travel".
+    pub root: String,
+    /// The node that travels; null in place.
+    pub root_node: Option<String>,
+    /// What planting did; null when feet were not planted.
+    pub planted: Option<StoredPlanting>,
+    /// The feet.
+    pub feet: Vec<StoredFoot>,
+}
+
+/// One foot in `animation.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredFoot {
+    /// The node that carries the sole.
+    pub node: String,
+    /// Which limb it is.
+    pub limb: Limb,
+    /// Place of the sole's contact point in the node's space.
+    pub sole: [f64; 3],
+    /// Length of the leg.
+    pub leg_length: f64,
+    /// Share of the stride that the foot is down.
+    pub duty_factor: Option<f64>,
+    /// When it comes down: share of the stride after the left hind (or left, or first) foot.
+    pub phase: Option<f64>,
+    /// The times on the ground.
+    pub contacts: Vec<StoredContact>,
+}
+
+/// One time on the ground in `animation.json`. In a loop the end may lie behind the last frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredContact {
+    /// First frame on the ground.
+    pub first_frame: usize,
+    /// Last frame on the ground.
+    pub last_frame: usize,
+    /// When the foot comes down, seconds.
+    pub down_s: f64,
+    /// When it leaves the ground, seconds.
+    pub up_s: f64,
+}
+
+/// What planting did, in `animation.json`; pairs are before and after.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredPlanting {
+    /// Largest way of a sole over the ground within a contact, in leg lengths.
+    pub slide_leg_lengths: [f64; 2],
+    /// Largest angular acceleration of a leg's joint, degrees a second squared.
+    pub peak_acceleration_deg_s2: [f64; 2],
+    /// Root mean square of it over joints and frames.
+    pub rms_acceleration_deg_s2: [f64; 2],
+    /// Largest way a foot was moved, in leg lengths.
+    pub largest_shift_leg_lengths: f64,
+}
+
+/// The loop in `animation.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredLoop {
+    /// Strides of the loop.
+    pub strides: usize,
+    /// Strides of the clip that it is averaged over.
+    pub strides_seen: f64,
+    /// Duration of the loop, seconds.
+    pub duration_s: f64,
+    /// By what factor the loop is longer than the strides it was taken from, because it has a whole
+    /// number of frames.
+    pub stretch: f64,
+    /// How well it closes.
+    pub seam: Seam,
 }
 
 impl Shot {

@@ -19,6 +19,7 @@ const RANKS: &[(&str, u8)] = &[
     ("keys", 3),
     ("interpolate", 3),
     ("export", 3),
+    ("feet", 3),
     ("synthetic", 3),
     ("library", 4),
     ("graph", 4),

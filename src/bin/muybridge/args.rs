@@ -240,15 +240,40 @@ pub(crate) struct Animate {
     /// changes between `phase` and the others. Default: auto.
     #[arg(long, value_enum)]
     pub(crate) method: Option<Method>,
-    /// Frames a second of the animation's time axis: frame i is at i/fps. Default: the shot's.
+    /// Frames a second of the animation, resampled: frame i is at i/fps. Default: the shot's.
     #[arg(long, value_name = "HZ")]
     pub(crate) fps: Option<f64>,
+    /// Play so many times as fast as the footage: 4 undoes a slow motion of four times. Default: 1.
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) retime: Option<f64>,
+    /// Write a seamless loop of N strides (1 when N is left out), averaged over all strides of the
+    /// clip, instead of the whole clip. 0 writes the whole clip again.
+    #[arg(long = "loop", value_name = "N", num_args = 0..=1, default_missing_value = "1")]
+    pub(crate) loop_strides: Option<usize>,
+    /// Whether the animal stays in its place or travels at the speed its feet push it. Default: in-place.
+    #[arg(long, value_enum)]
+    pub(crate) root: Option<Root>,
+    /// Hold feet that are down in their place (the default).
+    #[arg(long, overrides_with = "no_plant")]
+    pub(crate) plant: bool,
+    /// Leave the feet as the poses put them.
+    #[arg(long, overrides_with = "plant")]
+    pub(crate) no_plant: bool,
     /// Keep every weight within 0 and 1.
     #[arg(long)]
     pub(crate) clamp: bool,
     /// Make the weights of every frame sum to one.
     #[arg(long)]
     pub(crate) normalize: bool,
+}
+
+/// Whether the animated rig stays where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Root {
+    /// The ground passes below the animal.
+    InPlace,
+    /// The animal goes over the ground.
+    Travel,
 }
 
 /// How poses are interpolated.

@@ -156,6 +156,46 @@ pub struct AnimationSummary {
     pub largest_step_deg: f64,
     /// The frame that step leads to.
     pub largest_step_frame: usize,
+    /// How a loop closes, in words.
+    pub looped: Option<String>,
+    /// Feet on the ground.
+    pub feet: Option<FeetSummary>,
+}
+
+/// Feet on the ground.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FeetSummary {
+    /// Name of the gait.
+    pub gait: Option<String>,
+    /// What to look at, sentences.
+    pub warnings: Vec<String>,
+    /// Rig units a second.
+    pub ground_speed: f64,
+    /// Seconds a stride.
+    pub stride_s: Option<f64>,
+    /// Rig units a stride.
+    pub stride_length: Option<f64>,
+    /// "in-place" or "travel".
+    pub root: String,
+    /// What planting did, in words.
+    pub planting: Option<String>,
+    /// One row a foot.
+    pub rows: Vec<FootRow>,
+}
+
+/// One foot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FootRow {
+    /// The rig's node.
+    pub node: String,
+    /// Which limb, in words.
+    pub limb: String,
+    /// Share of the stride on the ground.
+    pub duty_factor: Option<f64>,
+    /// Share of the stride after the reference foot.
+    pub phase: Option<f64>,
+    /// Times on the ground in seconds, "0.12–0.40".
+    pub contacts: String,
 }
 
 /// Frames with something to look at.

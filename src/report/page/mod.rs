@@ -12,8 +12,8 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 
 pub use data::{
-    AnimationSummary, ComponentRow, FileHash, Finding, Footage, Grade, KeyRow, KeySummary,
-    PageData, Pictures, Plots, Setting, VerdictSummary, WeightSummary,
+    AnimationSummary, ComponentRow, FeetSummary, FileHash, Finding, FootRow, Footage, Grade,
+    KeyRow, KeySummary, PageData, Pictures, Plots, Setting, VerdictSummary, WeightSummary,
 };
 
 use crate::error::{Error, Result};

@@ -81,6 +81,8 @@ fn full() -> PageData {
             nodes: 36,
             largest_step_deg: 14.2,
             largest_step_frame: 31,
+            looped: None,
+            feet: None,
         }),
         findings: Some(vec![
             Finding {

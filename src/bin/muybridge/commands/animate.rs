@@ -5,11 +5,13 @@ use std::path::Path;
 use anyhow::Context;
 use muybridge::pipeline::{self, AnimationResult};
 use muybridge::rig::{Moment, PoseSpec};
-use muybridge::shot::{self, PoseOfKey, Shot, StoredAnimation, relative_to, write_atomically};
+use muybridge::shot::{
+    self, PoseOfKey, Shot, StoredAnimation, StoredFeet, StoredLoop, relative_to, write_atomically,
+};
 
 use super::{open, options, shown};
 use crate::Ending;
-use crate::args::{Animate, Method};
+use crate::args::{Animate, Method, Root};
 use crate::output::Output;
 use crate::terminal::Bars;
 
@@ -57,6 +59,22 @@ fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
     if let Some(fps) = args.fps {
         animation.fps = fps;
     }
+    if let Some(retime) = args.retime {
+        animation.retime = retime;
+    }
+    if let Some(strides) = args.loop_strides {
+        animation.loop_strides = strides;
+    }
+    let feet = &mut shot.settings.feet;
+    if args.plant || args.no_plant {
+        feet.plant = args.plant;
+    }
+    if let Some(root) = args.root {
+        feet.root = match root {
+            Root::InPlace => shot::Root::InPlace,
+            Root::Travel => shot::Root::Travel,
+        };
+    }
     animation.clamp |= args.clamp;
     animation.normalize |= args.normalize;
     Ok(())
@@ -76,11 +94,54 @@ fn copy_out(
     Ok(shown(out))
 }
 
+fn feet_text(f: &StoredFeet) -> String {
+    let mut text = format!(
+        "{} feet, gait: {}; {} at {:.3} units a second",
+        f.feet.len(),
+        f.gait.as_deref().unwrap_or("none that has a name"),
+        f.root,
+        f.ground_speed
+    );
+    if let (Some(s), Some(length)) = (f.stride_s, f.stride_length) {
+        text.push_str(&format!(", strides of {length:.3} units in {s:.3} s"));
+    }
+    text.push('\n');
+    if let Some(p) = &f.planted {
+        text.push_str(&format!(
+            "planted: feet slide {:.2} % of a leg (before {:.1} %), angular acceleration {:.0} degrees/s² rms (before {:.0})\n",
+            100.0 * p.slide_leg_lengths[1],
+            100.0 * p.slide_leg_lengths[0],
+            p.rms_acceleration_deg_s2[1],
+            p.rms_acceleration_deg_s2[0]
+        ));
+    }
+    for warning in &f.warnings {
+        text.push_str(&format!("look at the feet: {warning}\n"));
+    }
+    text
+}
+
+fn loop_text(l: &StoredLoop) -> String {
+    format!(
+        "loop of {} stride{}, {:.3} s, averaged over {:.1}; at its seam {:.1e} degrees, \
+         turns change by {:.2} degrees a frame (median turn {:.2})\n",
+        l.strides,
+        if l.strides == 1 { "" } else { "s" },
+        l.duration_s,
+        l.strides_seen,
+        l.seam.angle_deg,
+        l.seam.angle_jump_deg,
+        l.seam.median_turn_deg
+    )
+}
+
 pub(crate) fn text(a: &StoredAnimation) -> String {
+    let feet = a.feet.as_ref().map_or_else(String::new, feet_text);
+    let looped = a.looped.as_ref().map_or_else(String::new, loop_text);
     format!(
         "{}\nanimation «{}»: {} frames at {} frames a second, by {}\n\
          weights {:.3} to {:.3}, their sums {:.3} to {:.3}\n\
-         largest turn of a joint between frames: {:.1} degrees\n",
+         largest turn of a joint between frames: {:.1} degrees\n{looped}{feet}",
         a.path,
         a.animation,
         a.frames,

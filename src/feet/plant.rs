@@ -1,0 +1,342 @@
+//! Poses in which a foot that is down stays where it is.
+
+use nalgebra::{Point3, Vector3};
+
+use super::contacts::{Contact, Footfalls};
+use super::find::{Foot, foot_tracks};
+use super::ik::{orthonormal, reach};
+use crate::rig::{Clip, Skeleton, rotation_vector};
+
+/// A foot that a leg cannot bring nearer to its place than this share of the leg's length is not held:
+/// its contact is shortened to the frames in which it can. Half of what may slide.
+const LEAVES_AT: f64 = 0.004;
+
+/// Longest blend in and out of a contact, seconds: about the swing of a walking horse's foot, halved.
+const LONGEST_BLEND_S: f64 = 0.25;
+
+/// A foot is not held where that would move it by more than this share of its leg: its contact is shortened.
+/// Hand-made cycles need .10 to .18; beyond, legs are torn about (angular accelerations double and treble).
+const FARTHEST_SHIFT: f64 = 0.15;
+
+/// Share of a leg's length from which its stretching is eased.
+const STRETCH_EASES_AT: f64 = 0.985;
+
+/// What planting did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planted {
+    /// The contacts that are held; a contact may have lost frames at its ends.
+    pub contacts: Vec<Vec<Contact>>,
+    /// Way of each sole over the ground from the first to any later frame of a contact, the largest, as a
+    /// share of the leg's length, before and after; the contacts that are held.
+    pub slide: [f64; 2],
+    /// Largest angular acceleration of any joint of a leg, degrees a second squared, before and after.
+    pub acceleration_deg_s2: [f64; 2],
+    /// Root mean square of the same over joints and frames.
+    pub rms_acceleration_deg_s2: [f64; 2],
+    /// Largest way that a foot was moved, as a share of its leg's length.
+    pub largest_shift: f64,
+}
+
+/// Plants the feet of a clip in place: during each contact the sole moves with the ground, that is by
+/// −speed · forward, from where it was on average; between contacts what it was moved by fades out and in
+/// with continuous speed. The leg follows by inverse kinematics, the foot keeps its direction in space.
+///
+/// Of a loop the last pose stays the first.
+///
+/// # Panics
+/// When the clip's poses have not one entry for each node of the skeleton.
+#[must_use]
+pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfalls) -> Planted {
+    let before = clip.clone();
+    let mut contacts = falls.contacts.clone();
+    let tracks = foot_tracks(skeleton, &before.poses, feet);
+    let mut largest_shift: f64 = 0.0;
+    for (at, foot) in feet.iter().enumerate() {
+        near(
+            &mut contacts[at],
+            &tracks[at].soles,
+            falls,
+            clip.fps,
+            FARTHEST_SHIFT * foot.leg_length,
+        );
+        // A contact that loses frames changes the blends about it: once more with what is left.
+        for round in 0..3 {
+            let shifts = shifts(&tracks[at].soles, &contacts[at], falls, clip.fps);
+            let missed = place(skeleton, clip, &before, foot, &tracks[at].soles, &shifts);
+            let shortened = round < 2
+                && shorten(&mut contacts[at], &missed, falls, LEAVES_AT * foot.leg_length);
+            if !shortened {
+                let most = shifts.iter().map(Vector3::norm).fold(0.0, f64::max);
+                largest_shift = largest_shift.max(most / foot.leg_length);
+                break;
+            }
+        }
+        drive(clip, foot);
+    }
+    if falls.looped
+        && let Some(first) = clip.poses.first().cloned()
+        && let Some(last) = clip.poses.last_mut()
+    {
+        *last = first;
+    }
+    let slide = [&before, &*clip].map(|c| slide(skeleton, c, feet, &contacts, falls));
+    let accelerations = [&before, &*clip].map(|c| accelerations(c, feet, falls.looped));
+    Planted {
+        contacts,
+        slide,
+        acceleration_deg_s2: accelerations.map(|a| a.0),
+        rms_acceleration_deg_s2: accelerations.map(|a| a.1),
+        largest_shift,
+    }
+}
+
+/// Shortens contacts until no frame of them is farther than `limit` from where it would be held. The end
+/// that is farther goes first, since the place is the mean of what is left.
+fn near(contacts: &mut [Contact], track: &[Point3<f64>], falls: &Footfalls, fps: f64, limit: f64) {
+    let ground = falls.forward * (-falls.speed / fps);
+    for c in contacts {
+        loop {
+            let rides = |t: usize| track[t % falls.frames].coords - ground * t as f64;
+            let count = (c.last - c.first + 1) as f64;
+            let mean = (c.first..=c.last).map(rides).sum::<Vector3<f64>>() / count;
+            let off = |t: usize| (rides(t) - mean).norm();
+            let worst = (c.first..=c.last).map(off).fold(0.0, f64::max);
+            if worst <= limit || c.last <= c.first + 1 {
+                break;
+            }
+            if off(c.last) >= off(c.first) {
+                c.last -= 1;
+                c.up_frame = c.last as f64 + 0.5;
+            } else {
+                c.first += 1;
+                c.down_frame = c.first as f64 - 0.5;
+            }
+        }
+        turned_back(c, falls.frames);
+    }
+}
+
+/// A contact of a loop begins within it.
+fn turned_back(c: &mut Contact, frames: usize) {
+    if c.first >= frames {
+        (c.first, c.last) = (c.first - frames, c.last - frames);
+        (c.down_frame, c.up_frame) = (c.down_frame - frames as f64, c.up_frame - frames as f64);
+    }
+}
+
+/// What each frame's sole is moved by.
+fn shifts(
+    track: &[Point3<f64>],
+    contacts: &[Contact],
+    falls: &Footfalls,
+    fps: f64,
+) -> Vec<Vector3<f64>> {
+    let n = falls.frames;
+    let ground = falls.forward * (-falls.speed / fps);
+    // Extended over two rounds, so that a contact that goes on behind the end needs no special case.
+    let mut fixed: Vec<Option<Vector3<f64>>> = vec![None; n];
+    for contact in contacts {
+        let count = contact.last - contact.first + 1;
+        let rides = |i: usize| track[(contact.first + i) % n].coords - ground * i as f64;
+        let mean = (0..count).map(rides).sum::<Vector3<f64>>() / count as f64;
+        for i in 0..count {
+            fixed[(contact.first + i) % n] = Some(mean - rides(i));
+        }
+    }
+    let held: Vec<usize> = (0..n).filter(|&t| fixed[t].is_some()).collect();
+    if held.is_empty() {
+        return vec![Vector3::zeros(); n];
+    }
+    let longest = (LONGEST_BLEND_S * fps).max(2.0);
+    (0..n)
+        .map(|t| {
+            if let Some(shift) = fixed[t] {
+                return shift;
+            }
+            let back = (1..=n).find(|d| {
+                wrapped(t, *d, n, falls.looped, false).is_some_and(|s| fixed[s].is_some())
+            });
+            let ahead = (1..=n).find(|d| {
+                wrapped(t, *d, n, falls.looped, true).is_some_and(|s| fixed[s].is_some())
+            });
+            // Each contact fades over its half of the swing.
+            let half = match (back, ahead) {
+                (Some(b), Some(a)) => ((a + b) as f64 / 2.0).min(longest),
+                _ => longest,
+            };
+            let fade = |steps: Option<usize>, forwards: bool| {
+                let Some(d) = steps else { return Vector3::zeros() };
+                let Some(edge) = wrapped(t, d, n, falls.looped, forwards) else {
+                    return Vector3::zeros();
+                };
+                let inner = wrapped(edge, 1, n, falls.looped, forwards).and_then(|s| fixed[s]);
+                let value = fixed[edge].unwrap_or_default();
+                let slope = inner.map_or_else(Vector3::zeros, |i| value - i);
+                let u = d as f64 / half;
+                if u >= 1.0 {
+                    return Vector3::zeros();
+                }
+                // Cubic Hermite from (value, slope) to (0, 0).
+                value * (1.0 - u * u * (3.0 - 2.0 * u)) + slope * (half * u * (1.0 - u) * (1.0 - u))
+            };
+            fade(back, false) + fade(ahead, true)
+        })
+        .collect()
+}
+
+/// The frame `steps` after (or before) a frame; `None` behind the ends of a clip that is no loop.
+fn wrapped(t: usize, steps: usize, n: usize, looped: bool, forwards: bool) -> Option<usize> {
+    if looped {
+        return Some(if forwards { (t + steps) % n } else { (t + n - steps % n) % n });
+    }
+    if forwards { Some(t + steps).filter(|s| *s < n) } else { t.checked_sub(steps) }
+}
+
+/// Moves one foot in every frame; how far each sole is from where it should be then.
+fn place(
+    skeleton: &Skeleton,
+    clip: &mut Clip,
+    before: &Clip,
+    foot: &Foot,
+    track: &[Point3<f64>],
+    shifts: &[Vector3<f64>],
+) -> Vec<f64> {
+    let mut missed = Vec::with_capacity(shifts.len());
+    for (t, shift) in shifts.iter().enumerate() {
+        let pose = &mut clip.poses[t];
+        for &node in foot.joints.iter().chain([&foot.node]).chain(&foot.loose) {
+            pose.nodes[node] = before.poses[t].nodes[node];
+        }
+        // Nothing of the other legs is above this one, so the matrices before hold.
+        let world = skeleton.world_matrices(pose);
+        let end = world[foot.end.0].transform_point(&foot.end.1);
+        let top = foot.joints.first().map_or(end, |&j| world[j].transform_point(&Point3::origin()));
+        let target = eased(top, end, end + shift, chain_length(&world, foot));
+        reach(skeleton, pose, &foot.joints, foot.end, target);
+        if let Some(loose) = foot.loose {
+            let parent = skeleton.nodes[loose].parent;
+            let linear = parent.map_or_else(nalgebra::Matrix3::identity, |p| {
+                world[p].fixed_view::<3, 3>(0, 0).into_owned()
+            });
+            if let Some(inverse) = linear.try_inverse() {
+                pose.nodes[loose].translation += inverse * shift;
+            }
+        } else if !foot.joints.contains(&foot.node) {
+            let turned = skeleton.world_matrices(pose);
+            let rotation =
+                |m: &nalgebra::Matrix4<f64>| orthonormal(&m.fixed_view::<3, 3>(0, 0).into_owned());
+            let parent = skeleton.nodes[foot.node].parent;
+            if let Some(p) = parent {
+                let local = rotation(&turned[p]).inverse() * rotation(&world[p]);
+                let q = &mut pose.nodes[foot.node].rotation;
+                *q = nalgebra::UnitQuaternion::new_normalize(*(local * *q));
+            }
+        }
+        let now = skeleton.world_matrices(pose)[foot.node].transform_point(&foot.sole);
+        missed.push((now - (track[t] + shift)).norm());
+    }
+    missed
+}
+
+/// Length of the joints' chain to its end.
+fn chain_length(world: &[nalgebra::Matrix4<f64>], foot: &Foot) -> f64 {
+    let mut places: Vec<Point3<f64>> =
+        foot.joints.iter().map(|&j| world[j].transform_point(&Point3::origin())).collect();
+    places.push(world[foot.end.0].transform_point(&foot.end.1));
+    places.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+}
+
+/// A target near the end of a leg's reach is drawn in: the knee's angle goes with the root of what is left
+/// of the reach, so a leg that becomes straight would snap. A target where the end is already stays.
+fn eased(top: Point3<f64>, end: Point3<f64>, target: Point3<f64>, length: f64) -> Point3<f64> {
+    let from = STRETCH_EASES_AT * length;
+    let soft = |r: f64| {
+        let room = length - from;
+        if r <= from { r } else { from + room * (1.0 - (-(r - from) / room).exp()) }
+    };
+    let (before, wanted) = ((end - top).norm(), (target - top).norm());
+    if wanted <= from.max(before) || wanted == 0.0 {
+        return target;
+    }
+    let eased = before.max(from) + soft(wanted) - soft(before.max(from));
+    top + (target - top) * (eased / wanted)
+}
+
+/// Takes frames from the ends of contacts in which the foot missed its place; whether any was taken.
+fn shorten(contacts: &mut Vec<Contact>, missed: &[f64], falls: &Footfalls, limit: f64) -> bool {
+    let n = falls.frames;
+    let mut changed = false;
+    for c in contacts.iter_mut() {
+        while c.last > c.first && missed[c.last % n] > limit {
+            c.last -= 1;
+            c.up_frame = c.last as f64 + 0.5;
+            changed = true;
+        }
+        while c.last > c.first && missed[c.first % n] > limit {
+            c.first += 1;
+            c.down_frame = c.first as f64 - 0.5;
+            changed = true;
+        }
+        turned_back(c, n);
+    }
+    let all = contacts.len();
+    contacts.retain(|c| c.last > c.first);
+    changed || contacts.len() < all
+}
+
+/// The channels that planting moves are written.
+fn drive(clip: &mut Clip, foot: &Foot) {
+    for &joint in &foot.joints {
+        clip.driven[joint].rotation = true;
+    }
+    match foot.loose {
+        Some(loose) => clip.driven[loose].translation = true,
+        None => clip.driven[foot.node].rotation = true,
+    }
+}
+
+/// Largest way over the ground within a contact, in leg lengths.
+fn slide(
+    skeleton: &Skeleton,
+    clip: &Clip,
+    feet: &[Foot],
+    contacts: &[Vec<Contact>],
+    falls: &Footfalls,
+) -> f64 {
+    let tracks = foot_tracks(skeleton, &clip.poses, feet);
+    let ground = falls.forward * (-falls.speed / clip.fps);
+    let mut most: f64 = 0.0;
+    for ((track, contacts), foot) in tracks.iter().zip(contacts).zip(feet) {
+        for c in contacts {
+            let rides =
+                |t: usize| track.soles[t % falls.frames].coords - ground * (t - c.first) as f64;
+            let ways = (c.first..=c.last).map(|t| (rides(t) - rides(c.first)).norm());
+            most = most.max(ways.fold(0.0, f64::max) / foot.leg_length);
+        }
+    }
+    most
+}
+
+/// Largest and root mean square angular acceleration of the legs' joints, degrees a second squared.
+fn accelerations(clip: &Clip, feet: &[Foot], looped: bool) -> (f64, f64) {
+    let n = clip.poses.len();
+    let (mut most, mut squares, mut count) = (0.0_f64, 0.0, 0.0_f64);
+    for foot in feet {
+        for &node in foot.joints.iter().chain([&foot.node]) {
+            let turn = |t: usize| {
+                let (a, b) = (&clip.poses[t].nodes[node], &clip.poses[t + 1].nodes[node]);
+                rotation_vector(&(a.rotation.inverse() * b.rotation))
+            };
+            let turns: Vec<Vector3<f64>> = (0..n.saturating_sub(1)).map(turn).collect();
+            let wrap =
+                turns.last().zip(turns.first()).filter(|_| looped).map(|(a, b)| (b - a).norm());
+            for change in turns.windows(2).map(|w| (w[1] - w[0]).norm()).chain(wrap) {
+                let a = change.to_degrees() * clip.fps * clip.fps;
+                most = most.max(a);
+                squares += a * a;
+                count += 1.0;
+            }
+        }
+    }
+    (most, if count > 0.0 { (squares / count).sqrt() } else { 0.0 })
+}
