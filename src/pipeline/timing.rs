@@ -94,12 +94,16 @@ fn limited(shot: &Shot, table: &WeightTable, mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// The phase of every frame in strides.
+/// The phase of every frame in strides: the measured one where there is one, else one taken from the
+/// scores.
 ///
 /// The silhouette's phase counts its repeats. A stride is two of them when the diagnosis says so or
 /// the weights switch between halves of the stride; where the stride is not known and the weights
 /// follow the silhouette alone, they repeat with it, and one repeat is as good a loop as two.
 pub(super) fn stride_phase_cycles(shot: &Shot, table: &WeightTable) -> Result<Vec<f64>> {
+    if let Some(measured) = shot.phase(table.frames())? {
+        return Ok(measured.stride_cycles);
+    }
     let projections = shot.projections()?;
     let diagnosis = shot.diagnosis()?;
     let coefficients = &projections.band_passed;
