@@ -134,7 +134,7 @@ fn planted_feet_do_not_slide_on_any_rig() {
             assert!((falls.forward - Vector3::z()).norm() < 0.05, "{name}: {:?}", falls.forward);
             let planted = plant(file.skeleton(), &mut clip, &feet, &falls);
             let count: usize = planted.contacts.iter().map(Vec::len).sum();
-            assert!(count >= 4, "{} {name}: {count} contacts", path.display());
+            assert!(count >= 3, "{} {name}: {count} contacts", path.display());
             assert!(planted.contacts.iter().flatten().all(|c| c.last > c.first));
             if name.ends_with("Walk") {
                 let root = common_root(file.skeleton(), &feet).unwrap();
@@ -173,13 +173,15 @@ fn the_speed_of_a_rendered_pan_is_found() {
         let settings = SyntheticSettings { frames: 50, ..SyntheticSettings::default() };
         let footage = SyntheticFootage::new(gait, settings);
         let (inside, _) = footage.rectangles();
-        // A band at the animal's feet, beside and below them: where its ground is.
+        // The background: every fourth row, without the animal.
         let band = |frame: usize| -> Vec<Vec<f64>> {
-            let picture = footage.picture(frame);
-            let rows = picture.height() * 9 / 10..picture.height();
-            let grey =
-                |x: usize, y: usize| picture.pixel(x, y).iter().map(|&c| f64::from(c)).sum::<f64>();
-            rows.map(|y| (0..picture.width()).map(|x| grey(x, y)).collect()).collect()
+            let (picture, mask) = (footage.picture(frame), footage.true_mask(frame));
+            let grey = |x: usize, y: usize| match mask.get(x, y) {
+                true => f64::NAN,
+                false => picture.pixel(x, y).iter().map(|&c| f64::from(c)).sum::<f64>(),
+            };
+            let row = |y: usize| (0..picture.width()).map(|x| grey(x, y)).collect();
+            (0..picture.height()).step_by(4).map(row).collect()
         };
         let bands: Vec<_> = (0..50).map(band).collect();
         let shift = |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 {
@@ -188,8 +190,10 @@ fn the_speed_of_a_rendered_pan_is_found() {
                 for (p, q) in a.iter().zip(b) {
                     for x in 60..260_i32 {
                         let d = p[x as usize] - q[(x + s) as usize];
-                        sum += d * d;
-                        n += 1.0;
+                        if d.is_finite() {
+                            sum += d * d;
+                            n += 1.0;
+                        }
                     }
                 }
                 sum / n
