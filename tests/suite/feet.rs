@@ -65,12 +65,15 @@ fn the_built_in_gaits_have_their_footfalls_speed_and_name() {
     }
 }
 
+/// Translation, rotation (x, y, z, w) and scale of a node.
+type Local = ([f32; 3], [f32; 4], [f32; 3]);
+
 /// World matrices of every node at every key of the last animation of a file, by the `gltf` crate.
 fn kinematics(bytes: &[u8], frames: usize) -> Vec<Vec<Matrix4<f64>>> {
     use gltf::animation::util::ReadOutputs;
     let file = gltf::Gltf::from_slice_without_validation(bytes).unwrap();
     let nodes: Vec<_> = file.nodes().collect();
-    let mut locals: Vec<Vec<([f32; 3], [f32; 4], [f32; 3])>> =
+    let mut locals: Vec<Vec<Local>> =
         vec![nodes.iter().map(|n| n.transform().decomposed()).collect(); frames];
     for channel in file.animations().last().unwrap().channels() {
         let node = channel.target().node().index();
@@ -96,7 +99,7 @@ fn kinematics(bytes: &[u8], frames: usize) -> Vec<Vec<Matrix4<f64>>> {
     for node in &nodes {
         node.children().for_each(|c| parents[c.index()] = Some(node.index()));
     }
-    let matrix = |(t, r, s): ([f32; 3], [f32; 4], [f32; 3])| -> Matrix4<f64> {
+    let matrix = |(t, r, s): Local| -> Matrix4<f64> {
         let [x, y, z, w] = r.map(f64::from);
         let q = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
         Matrix4::new_translation(&Vector3::from(t.map(f64::from)))
