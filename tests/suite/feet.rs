@@ -65,12 +65,15 @@ fn the_built_in_gaits_have_their_footfalls_speed_and_name() {
     }
 }
 
+/// Translation, rotation (x, y, z, w) and scale of a node.
+type Local = ([f32; 3], [f32; 4], [f32; 3]);
+
 /// World matrices of every node at every key of the last animation of a file, by the `gltf` crate.
 fn kinematics(bytes: &[u8], frames: usize) -> Vec<Vec<Matrix4<f64>>> {
     use gltf::animation::util::ReadOutputs;
     let file = gltf::Gltf::from_slice_without_validation(bytes).unwrap();
     let nodes: Vec<_> = file.nodes().collect();
-    let mut locals: Vec<Vec<([f32; 3], [f32; 4], [f32; 3])>> =
+    let mut locals: Vec<Vec<Local>> =
         vec![nodes.iter().map(|n| n.transform().decomposed()).collect(); frames];
     for channel in file.animations().last().unwrap().channels() {
         let node = channel.target().node().index();
@@ -96,7 +99,7 @@ fn kinematics(bytes: &[u8], frames: usize) -> Vec<Vec<Matrix4<f64>>> {
     for node in &nodes {
         node.children().for_each(|c| parents[c.index()] = Some(node.index()));
     }
-    let matrix = |(t, r, s): ([f32; 3], [f32; 4], [f32; 3])| -> Matrix4<f64> {
+    let matrix = |(t, r, s): Local| -> Matrix4<f64> {
         let [x, y, z, w] = r.map(f64::from);
         let q = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
         Matrix4::new_translation(&Vector3::from(t.map(f64::from)))
@@ -134,7 +137,7 @@ fn planted_feet_do_not_slide_on_any_rig() {
             assert!((falls.forward - Vector3::z()).norm() < 0.05, "{name}: {:?}", falls.forward);
             let planted = plant(file.skeleton(), &mut clip, &feet, &falls);
             let count: usize = planted.contacts.iter().map(Vec::len).sum();
-            assert!(count >= 4, "{} {name}: {count} contacts", path.display());
+            assert!(count >= 3, "{} {name}: {count} contacts", path.display());
             assert!(planted.contacts.iter().flatten().all(|c| c.last > c.first));
             if name.ends_with("Walk") {
                 let root = common_root(file.skeleton(), &feet).unwrap();
@@ -173,13 +176,15 @@ fn the_speed_of_a_rendered_pan_is_found() {
         let settings = SyntheticSettings { frames: 50, ..SyntheticSettings::default() };
         let footage = SyntheticFootage::new(gait, settings);
         let (inside, _) = footage.rectangles();
-        // A band at the animal's feet, beside and below them: where its ground is.
+        // The background: every fourth row, without the animal.
         let band = |frame: usize| -> Vec<Vec<f64>> {
-            let picture = footage.picture(frame);
-            let rows = picture.height() * 9 / 10..picture.height();
-            let grey =
-                |x: usize, y: usize| picture.pixel(x, y).iter().map(|&c| f64::from(c)).sum::<f64>();
-            rows.map(|y| (0..picture.width()).map(|x| grey(x, y)).collect()).collect()
+            let (picture, mask) = (footage.picture(frame), footage.true_mask(frame));
+            let grey = |x: usize, y: usize| match mask.get(x, y) {
+                true => f64::NAN,
+                false => picture.pixel(x, y).iter().map(|&c| f64::from(c)).sum::<f64>(),
+            };
+            let row = |y: usize| (0..picture.width()).map(|x| grey(x, y)).collect();
+            (0..picture.height()).step_by(4).map(row).collect()
         };
         let bands: Vec<_> = (0..50).map(band).collect();
         let shift = |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 {
@@ -188,8 +193,10 @@ fn the_speed_of_a_rendered_pan_is_found() {
                 for (p, q) in a.iter().zip(b) {
                     for x in 60..260_i32 {
                         let d = p[x as usize] - q[(x + s) as usize];
-                        sum += d * d;
-                        n += 1.0;
+                        if d.is_finite() {
+                            sum += d * d;
+                            n += 1.0;
+                        }
                     }
                 }
                 sum / n
