@@ -38,7 +38,6 @@
 
 pub mod error;
 
-pub mod gait;
 pub mod image;
 pub mod numeric;
 
@@ -47,6 +46,7 @@ pub mod mask;
 pub mod rig;
 
 pub mod export;
+pub mod gait;
 pub mod image_pca;
 pub mod interpolate;
 pub mod keys;
