@@ -58,9 +58,11 @@ fn main() -> anyhow::Result<()> {
     let found = analyse_masks(&masks, FPS, 5, TrendRemoval::Auto, &settings)?;
     let Some(gait) = &found.gait else { bail!("no gait phase") };
     println!(
-        "{frames} frames, stride {:.2} frames, {}, {:.0} % explained by the cycle, {} masks used",
+        "{frames} frames, stride {:.2} frames, {} (odd lines {:.3}, at most {:.3}), {:.0} % explained by the cycle, {} masks used",
         gait.stride_frames(),
         gait.stride.repeats.name(),
+        gait.stride.odd_share,
+        gait.stride.odd_share_at_most,
         100.0 * gait.explained_share,
         found.used.iter().filter(|u| **u).count()
     );

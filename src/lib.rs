@@ -38,7 +38,6 @@
 
 pub mod error;
 
-pub mod gait;
 pub mod image;
 pub mod numeric;
 
@@ -49,6 +48,7 @@ pub mod rig;
 
 pub mod export;
 pub mod feet;
+pub mod gait;
 pub mod image_pca;
 pub mod interpolate;
 pub mod keys;

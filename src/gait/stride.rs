@@ -15,10 +15,10 @@ const LINE_OVER_NOISE: f64 = 3.0;
 const LEAST_ODD_SHARE: f64 = 0.004;
 
 /// A step period leaves odd lines: near and far legs never look quite alike (on the rigs and the
-/// built-in horse 5.5 % of the even lines' power at the least, in pure profile). Where the odd
+/// built-in horse 4.6 % of the even lines' power at the least, in pure profile). Where the odd
 /// lines are certain to hold less than this, the period is the stride even of a gait that is
 /// symmetric: the view shows its two halves differently.
-const STEP_LEAVES_SHARE: f64 = 0.015;
+const STEP_LEAVES_SHARE: f64 = 0.035;
 
 /// Periods that must be seen: each of the two halves twice.
 const LEAST_PERIODS: f64 = 4.0;

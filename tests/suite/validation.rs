@@ -1,16 +1,31 @@
 //! The seed's tables on motion that is known. The limits are the project's targets: degrees of mean
 //! error over frames and joints, from masks with 15 % of their edge pixels flipped.
 
+use muybridge::gait::Repeats;
+use muybridge::pipeline::analyse_masks;
 use muybridge::shot::Method;
+use muybridge::silhouette::TrendRemoval;
 use muybridge::spectrum;
 use muybridge::synthetic::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Subject, Truth, Unsteady, Validation, validate};
 
 use crate::data::data_folder;
 
 fn run(subject: Subject, keys: usize, partners: bool) -> Validation {
     let method = if partners { Method::Switching } else { Method::Rbf };
     run_by(method, subject, spectrum::Gait::Unknown, 0.0, &[keys])
+}
+
+fn shooting(yaw_deg: f64) -> Shooting {
+    Shooting {
+        frames: 100,
+        frames_per_cycle: 24.3,
+        yaw_rad: yaw_deg.to_radians(),
+        noise: 0.15,
+        seed: 42,
+        size_px: (320, 240),
+        unsteady: Unsteady::default(),
+    }
 }
 
 fn run_by(
@@ -23,15 +38,7 @@ fn run_by(
     let partners = method == Method::Switching;
     let settings = Settings {
         subject,
-        shooting: Shooting {
-            frames: 100,
-            frames_per_cycle: 24.3,
-            yaw_rad: yaw_deg.to_radians(),
-            noise: 0.15,
-            seed: 42,
-            size_px: (320, 240),
-            unsteady: Unsteady::default(),
-        },
+        shooting: shooting(yaw_deg),
         keys: keys.to_vec(),
         components: vec![2],
         partners,
@@ -136,4 +143,45 @@ fn the_phase_reaches_the_floor_and_halves_the_error_of_the_paper() {
     let mean = shares.iter().sum::<f64>() / shares.len() as f64;
     assert!(mean <= 1.03, "{mean} of the floor");
     assert!(ours <= 0.6 * papers, "{ours} of {papers}");
+}
+
+/// Left and right: of walks and trots seen from the side, told nothing, no stride is taken for a
+/// step or the other way round; told that the gait is symmetric, the stride is found in all.
+#[test]
+fn steps_and_strides_are_never_confused() {
+    let Some(data) = data_folder() else { return };
+    let rig = |file: &str, clip: &str| Subject::Rig {
+        file: data.join("rigs").join(file),
+        clip: clip.to_owned(),
+    };
+    let subjects = [
+        rig("quaternius_horse.glb", "AnimalArmature|Walk"),
+        rig("quaternius_husky.glb", "AnimalArmature|Walk"),
+        rig("khronos_fox.glb", "Walk"),
+        rig("quaternius_triceratops.glb", "Armature|Triceratops_Walk"),
+        Subject::Horse(Gait::Walk),
+        Subject::Horse(Gait::Trot),
+    ];
+    for subject in subjects {
+        for yaw_deg in [0.0, 10.0, 20.0, 30.0] {
+            let stride_frames = |gait: spectrum::Gait| {
+                let shooting = shooting(yaw_deg);
+                let truth = Truth::of(&subject, &shooting).unwrap();
+                let settings = spectrum::Settings { gait, ..spectrum::Settings::default() };
+                let masks = truth.masks(&shooting);
+                let found = analyse_masks(&masks, 25.0, 5, TrendRemoval::Auto, &settings).unwrap();
+                let gait = found.gait.unwrap();
+                (gait.stride.repeats != Repeats::Unknown).then(|| gait.stride_frames())
+            };
+            let near = |frames: f64| (frames - 24.3).abs() < 0.5;
+            assert!(
+                stride_frames(spectrum::Gait::Unknown).is_none_or(near),
+                "{subject:?} {yaw_deg}"
+            );
+            assert!(
+                stride_frames(spectrum::Gait::Symmetric).is_some_and(near),
+                "{subject:?} {yaw_deg}"
+            );
+        }
+    }
 }
