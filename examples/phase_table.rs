@@ -5,6 +5,8 @@
 //! whose speed drifts by 12 %, whose strides vary by 10 %, with 5 % of the masks broken, of 3.2 cycles
 //! only, at 15 frames a second, and of all of these. The gait is named symmetric or asymmetric, nothing else is told.
 
+#![allow(clippy::print_stdout, reason = "the table is what the program is for")]
+
 use std::path::Path;
 
 use muybridge::shot::Method;
