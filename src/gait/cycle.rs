@@ -18,7 +18,7 @@ const FRAMES_PER_TERM: usize = 3;
 /// The first phase is smoothed over this many periods of the cycle that is fitted: a warp within
 /// each period would be taken over by the series and never be seen again. On walks seen at 20
 /// degrees of yaw, whose carrier is pulled about by the lines at half its frequency, this makes the
-/// difference between 10 and 0.5 degrees of phase.
+/// difference between 10 degrees of phase and 1.
 const START_PERIODS: f64 = 2.0;
 
 /// Rounds of the fit; the phase moves by less than a thousandth of a cycle after the fourth.

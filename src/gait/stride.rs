@@ -11,8 +11,10 @@ use crate::numeric::Harmonics;
 /// stride.
 const LINE_OVER_NOISE: f64 = 3.0;
 
-/// … and this share of the power of the even lines, or they are the side of a changing speed.
-const LEAST_ODD_SHARE: f64 = 0.004;
+/// … and this share of the power of the even lines. Less may be the side of a changing speed, or
+/// harmonics above the Nyquist frequency folded back: at 14.58 frames a period the twelfth to
+/// fourteenth come to lie near odd lines, with .7 % of the power.
+const LEAST_ODD_SHARE: f64 = 0.02;
 
 /// A step period leaves odd lines: near and far legs never look quite alike (on the rigs and the
 /// built-in horse 4.6 % of the even lines' power at the least, in pure profile). Where the odd
