@@ -7,8 +7,8 @@ use super::find::FootTrack;
 use crate::numeric::median;
 
 /// A foot at this share of its own range of height counts half as off the ground as one that stands
-/// still in space; both together decide. Set on the five rigs and the built-in horse, whose stances
-/// are known: from .12 to .3 the duty factors move by less than .03.
+/// still in space; both together decide. Set by trial on five rigs and the built-in horse, whose
+/// stances are known.
 const OFF_GROUND: f64 = 0.2;
 
 /// … or at this share of its leg's length, for feet that are hardly lifted (the husky's walk: 2 %).

@@ -78,15 +78,18 @@ pub(super) struct Cues {
 struct PlateEvidence {
     shown: Evidence,
     /// Where every other frame has the animal, as far as is known: what it means that they all look
-    /// alike there or not.
-    covered: Evidence,
+    /// alike there or not. Learnt only with corrected frames: a draft that takes background along
+    /// would otherwise teach that background is the animal.
+    covered: Option<Evidence>,
 }
 
 impl PlateEvidence {
     #[inline]
     fn of(&self, plate: &PlateDistances, x: usize, y: usize) -> f32 {
         match plate.shown(x, y) {
-            UNKNOWN => COVERED * self.covered.of(plate.any(x, y)),
+            UNKNOWN => {
+                self.covered.as_ref().map_or(0.0, |covered| COVERED * covered.of(plate.any(x, y)))
+            }
             shown => self.shown.of(shown),
         }
     }
@@ -98,7 +101,7 @@ impl Cues {
         let counts = lessons.counts();
         let plate = PlateEvidence {
             shown: Evidence::from_counts(&counts.shown),
-            covered: Evidence::from_counts(&counts.covered),
+            covered: (!lessons.truths.is_empty()).then(|| Evidence::from_counts(&counts.covered)),
         };
         let samples = lessons.colours(&plate);
         let colour = ColourTable::fit(&samples.animal, &samples.background, lessons.seed)?;

@@ -259,7 +259,7 @@ pub(super) const CARRIED_FRAMES: f64 = 12.0;
 /// sure of, the first of equals. `None` when all are sure enough.
 ///
 /// A correction is carried to the frames around it, so the doubt about those counts too, less the
-/// further they are ([`CARRIED_FRAMES`] either way), and doubt near a frame that has been
+/// further they are (12 frames either way), and doubt near a frame that has been
 /// corrected already counts the less the nearer it is. A frame that jumps is doubted most. Not worth
 /// a correction are frames that have one, that are cut by the border (what is outside cannot be
 /// drawn), and empty ones before the animal comes and after it has left.
@@ -354,17 +354,43 @@ mod tests {
         let reports = |all: &[(f64, Option<Flag>)]| -> Vec<FrameReport> {
             all.iter().enumerate().map(report).collect()
         };
-        let sure = (0.9, None);
+        let sure = (0.96, None);
         let empty = (0.0, Some(Flag::Empty));
         assert_eq!(least_sure(&reports(&[])), None);
         assert_eq!(least_sure(&reports(&[empty, empty])), None);
         assert_eq!(least_sure(&reports(&[empty, sure, sure, empty])), None);
-        assert_eq!(least_sure(&reports(&[empty, sure, empty, empty, sure])), Some(2));
+        assert_eq!(least_sure(&reports(&[empty, sure, empty, sure, sure])), Some(2));
         let cut = (0.2, Some(Flag::AtBorder));
         let mended = (0.1, Some(Flag::Corrected));
+        assert_eq!(least_sure(&reports(&[cut, mended, (0.6, None)])), Some(2));
+        // Far enough apart that neither counts for the other.
+        let apart = |one, other| {
+            let mut all = vec![sure; 40];
+            all[2] = one;
+            all[37] = other;
+            reports(&all)
+        };
         let jumped = (1.0, Some(Flag::AreaJump));
-        assert_eq!(least_sure(&reports(&[cut, mended, (0.6, None), jumped])), Some(3));
-        assert_eq!(least_sure(&reports(&[cut, mended, (0.4, None), jumped])), Some(2));
+        assert_eq!(least_sure(&apart((0.6, None), jumped)), Some(37));
+        assert_eq!(least_sure(&apart((0.4, None), jumped)), Some(2));
+    }
+
+    #[test]
+    fn corrections_are_spread_and_go_to_the_middle_of_the_doubt() {
+        let mut reports: Vec<FrameReport> = (0..60)
+            .map(|frame| FrameReport {
+                frame,
+                area_px: 100,
+                centre_px: None,
+                confidence: if (20..31).contains(&frame) { 0.5 } else { 0.9 },
+                flags: Flags::NONE,
+            })
+            .collect();
+        assert_eq!(least_sure(&reports), Some(25));
+        reports[25].flags.insert(Flag::Corrected);
+        reports[25].confidence = 1.0;
+        let next = least_sure(&reports).unwrap();
+        assert!(next.abs_diff(25) >= 6, "{next}");
     }
 
     #[test]
