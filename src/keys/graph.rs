@@ -21,9 +21,21 @@ impl Graph {
         Self { n, words, rows: vec![0; words * n], alive }
     }
 
-    pub(super) fn add_edge(&mut self, u: usize, v: usize) {
-        self.rows[u * self.words + v / 64] |= 1 << (v % 64);
-        self.rows[v * self.words + u / 64] |= 1 << (u % 64);
+    /// Sets the neighbours of `u`, one truth value a vertex; `u` itself is left out. The rows of all
+    /// vertices together must be symmetric.
+    pub(super) fn set_row(&mut self, u: usize, joined: impl Iterator<Item = bool>) {
+        let row = &mut self.rows[u * self.words..(u + 1) * self.words];
+        for (v, joined) in joined.enumerate() {
+            row[v / 64] |= u64::from(joined) << (v % 64);
+        }
+        row[u / 64] &= !(1 << (u % 64));
+    }
+
+    /// Removes the edges from `u` to those vertices that fail the test; to be done for both ends.
+    pub(super) fn retain_neighbours(&mut self, u: usize, keep: impl Fn(usize) -> bool) {
+        for v in (0..self.n).filter(|&v| !keep(v)) {
+            self.rows[u * self.words + v / 64] &= !(1 << (v % 64));
+        }
     }
 
     fn row(&self, v: usize) -> &[u64] {
@@ -126,11 +138,7 @@ mod tests {
     fn graph(n: usize, edges: &[bool]) -> Graph {
         let mut g = Graph::new(n);
         for u in 0..n {
-            for v in 0..u {
-                if edges[u * n + v] {
-                    g.add_edge(u, v);
-                }
-            }
+            g.set_row(u, (0..n).map(|v| edges[u.max(v) * n + u.min(v)]));
         }
         g
     }

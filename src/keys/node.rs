@@ -1,6 +1,7 @@
 //! One node of the search: the candidates that may still join a partial set, and which of them go
 //! together. The bounds are derived in the documentation of the search.
 
+use super::MAX_KEYS;
 use super::condition::{SHIFT_SLACK, rayleigh};
 use super::graph::Graph;
 use super::problem::Problem;
@@ -14,25 +15,27 @@ pub(super) struct Node {
     candidates: Vec<usize>,
     graph: Graph,
     classes: Vec<Vec<usize>>,
+    /// A lower bound of λ_max of all completions, of this set and of its children's.
+    pub(super) lambda: f64,
 }
 
 impl Node {
-    /// `None` when no completion can reach the limit.
+    /// `None` when no completion can reach the limit. `lambda`: a lower bound of λ_max of all
+    /// completions that is already known, that of the parent.
     pub(super) fn reduced(
         problem: &Problem,
         limit: &dyn Fn() -> f64,
         chosen: &[usize],
         mut candidates: Vec<usize>,
+        mut lambda: f64,
     ) -> Option<Self> {
         let missing = problem.keys - chosen.len();
-        let mut lambda = 1.0_f64;
         if !chosen.is_empty() {
             lambda = lambda.max(rayleigh(&problem.kernel.submatrix(chosen), chosen.len()));
         }
         loop {
             let shift = lambda / limit() - SHIFT_SLACK;
-            let schur = Schur::new(problem, chosen, &mut candidates, shift)?;
-            let mut graph = schur.graph(problem, &candidates);
+            let mut graph = joinable(problem, chosen, &mut candidates, shift)?;
             if graph.keep_core(missing - 1) < missing {
                 return None;
             }
@@ -46,8 +49,9 @@ impl Node {
                 if sharper.is_infinite() {
                     return None;
                 }
-                if sharper > lambda * WORTH_A_SECOND_LOOK {
-                    lambda = sharper;
+                let worth_it = sharper > lambda * WORTH_A_SECOND_LOOK;
+                lambda = lambda.max(sharper);
+                if worth_it {
                     candidates = graph.vertices().into_iter().map(|v| candidates[v]).collect();
                     continue;
                 }
@@ -62,7 +66,7 @@ impl Node {
                     return None;
                 }
             }
-            return Some(Self { candidates, graph, classes });
+            return Some(Self { candidates, graph, classes, lambda });
         }
     }
 
@@ -137,99 +141,86 @@ fn sum_of_smallest(values: &mut [f64], count: usize) -> f64 {
     values[..count].iter().sum()
 }
 
-/// Schur complement of K − σI over the chosen frames, for all candidates.
-struct Schur {
-    n: usize,
-    /// Row-major, lower triangle with diagonal.
-    values: Vec<f64>,
-}
-
-impl Schur {
-    /// Removes the candidates that cannot join; `None` when the chosen frames alone fail.
-    fn new(
-        problem: &Problem,
-        chosen: &[usize],
-        candidates: &mut Vec<usize>,
-        shift: f64,
-    ) -> Option<Self> {
-        let k = chosen.len();
-        let factor = cholesky(problem, chosen, shift)?;
-        let mut solved: Vec<f64> = Vec::with_capacity(candidates.len() * k);
-        let mut diagonal = Vec::with_capacity(candidates.len());
-        let mut kept = Vec::with_capacity(candidates.len());
-        for &f in candidates.iter() {
-            let row = problem.kernel.row(f);
-            let at = solved.len();
-            let mut left = 1.0 - shift;
-            for (i, &s) in chosen.iter().enumerate() {
-                let mut y = row[s];
-                for j in 0..i {
-                    y -= factor[i * k + j] * solved[at + j];
-                }
-                y /= factor[i * k + i];
-                left -= y * y;
-                solved.push(y);
-            }
-            if left > 0.0 {
-                kept.push(f);
-                diagonal.push(left);
-            } else {
-                solved.truncate(at);
-            }
-        }
-        *candidates = kept;
-        let n = candidates.len();
-        let mut values = vec![0.0; n * n];
-        for i in 0..n {
-            let row = problem.kernel.row(candidates[i]);
-            let yi = &solved[i * k..(i + 1) * k];
-            for j in 0..i {
-                let yj = &solved[j * k..(j + 1) * k];
-                let dot: f64 = yi.iter().zip(yj).map(|(a, b)| a * b).sum();
-                values[i * n + j] = row[candidates[j]] - dot;
-            }
-            values[i * n + i] = diagonal[i];
-        }
-        Some(Self { n, values })
-    }
-
-    /// Joins the candidates that can both be added to the chosen frames.
-    fn graph(&self, problem: &Problem, candidates: &[usize]) -> Graph {
-        let n = self.n;
-        let mut graph = Graph::new(n);
-        for i in 0..n {
-            let di = self.values[i * n + i];
-            for j in 0..i {
-                let x = self.values[i * n + j];
-                if x * x < di * self.values[j * n + j]
-                    && problem.apart(candidates[i], candidates[j])
-                {
-                    graph.add_edge(i, j);
-                }
-            }
-        }
-        graph
-    }
-}
-
-/// Lower Cholesky factor of K_S − shift·I, row-major; `None` when it is not positive definite.
-fn cholesky(problem: &Problem, chosen: &[usize], shift: f64) -> Option<Vec<f64>> {
+/// The graph of the candidates that can both be added to the chosen frames, from the Schur
+/// complement M of K − σI over these; removes the candidates that cannot join at all. `None` when
+/// the chosen frames alone fail.
+///
+/// M is not kept: row by row, M_ij = K_ij − y_i·y_j with L·y_j the column of j, in loops over
+/// contiguous numbers that the compiler turns into vector instructions.
+fn joinable(
+    problem: &Problem,
+    chosen: &[usize],
+    candidates: &mut Vec<usize>,
+    shift: f64,
+) -> Option<Graph> {
     let k = chosen.len();
-    let mut l = problem.kernel.submatrix(chosen);
-    for i in 0..k {
-        l[i * k + i] -= shift;
-        for j in 0..=i {
-            let mut sum = l[i * k + j];
-            for c in 0..j {
-                sum -= l[i * k + c] * l[j * k + c];
+    let factor = cholesky(problem, chosen, shift)?;
+    let most = candidates.len();
+    // One row a chosen frame, one column a candidate.
+    let mut solved = vec![0.0; k * most];
+    let mut diagonal = Vec::with_capacity(most);
+    candidates.retain(|&f| {
+        let row = problem.kernel.row(f);
+        let mut y = [0.0; MAX_KEYS];
+        let mut left = 1.0 - shift;
+        for (i, &s) in chosen.iter().enumerate() {
+            let mut sum = row[s];
+            for j in 0..i {
+                sum -= factor[i * MAX_KEYS + j] * y[j];
             }
-            l[i * k + j] = if i == j {
+            y[i] = sum / factor[i * MAX_KEYS + i];
+            left -= y[i] * y[i];
+        }
+        let fits = left > 0.0;
+        if fits {
+            for (i, y) in y[..k].iter().enumerate() {
+                solved[i * most + diagonal.len()] = *y;
+            }
+            diagonal.push(left);
+        }
+        fits
+    });
+    let n = candidates.len();
+    let mut graph = Graph::new(n);
+    let mut entries = vec![0.0; n];
+    for i in 0..n {
+        let row = problem.kernel.row(candidates[i]);
+        for (entry, &f) in entries.iter_mut().zip(candidates.iter()) {
+            *entry = row[f];
+        }
+        for y in solved.chunks(most.max(1)) {
+            let yi = y[i];
+            for (entry, yj) in entries.iter_mut().zip(y) {
+                *entry -= yi * yj;
+            }
+        }
+        let di = diagonal[i];
+        graph.set_row(i, entries.iter().zip(&diagonal).map(|(x, dj)| x * x < di * dj));
+        if problem.spacing > 1 {
+            graph.retain_neighbours(i, |j| problem.apart(candidates[i], candidates[j]));
+        }
+    }
+    Some(graph)
+}
+
+/// Lower Cholesky factor of K_S − shift·I, rows of [`MAX_KEYS`] entries; `None` when it is not
+/// positive definite.
+fn cholesky(problem: &Problem, chosen: &[usize], shift: f64) -> Option<[f64; MAX_KEYS * MAX_KEYS]> {
+    let mut l = [0.0; MAX_KEYS * MAX_KEYS];
+    for (i, &f) in chosen.iter().enumerate() {
+        let row = problem.kernel.row(f);
+        for (j, &g) in chosen[..=i].iter().enumerate() {
+            let mut sum = row[g] - if i == j { shift } else { 0.0 };
+            for c in 0..j {
+                sum -= l[i * MAX_KEYS + c] * l[j * MAX_KEYS + c];
+            }
+            l[i * MAX_KEYS + j] = if i == j {
                 if sum <= 0.0 {
                     return None;
                 }
                 sum.sqrt()
             } else {
-                sum / l[j * k + j]
+                sum / l[j * MAX_KEYS + j]
             };
         }
     }

@@ -6,6 +6,9 @@ mod measure;
 mod subject;
 mod tables;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
 use serde::Serialize;
 
 pub use floor::floor_error;
@@ -132,21 +135,34 @@ pub fn validate(
     let joints = rotating_joints(&truth.driven);
     let step_frames = analysis.spectral.rhythm.step_frames;
     let coefficients = analysis.coefficients(settings.band_pass);
-    let mut rows = Vec::new();
-    let total = settings.keys.len() * settings.components.len();
-    for &keys in &settings.keys {
-        let poses = if settings.partners { 2 * keys } else { keys };
-        let mut cells = Vec::new();
-        for &components in &settings.components {
-            if !progress(rows.len() * settings.components.len() + cells.len(), total) {
+    let tasks: Vec<(usize, usize)> = settings
+        .keys
+        .iter()
+        .flat_map(|&keys| settings.components.iter().map(move |&components| (keys, components)))
+        .collect();
+    let done = AtomicUsize::new(0);
+    // Cells are independent of one another; the slowest proofs are of the most keys, the last.
+    let mut cells: Vec<Cell> = tasks
+        .par_iter()
+        .rev()
+        .map(|&(keys, components)| {
+            if !progress(done.load(Ordering::Relaxed), tasks.len()) {
                 return Err(Error::Interrupted);
             }
             let leading = coefficients.leading(components);
-            cells.push(cell(settings, &truth, &leading, &joints, keys, step_frames)?);
-        }
+            let cell = cell(settings, &truth, &leading, &joints, keys, step_frames)?;
+            done.fetch_add(1, Ordering::Relaxed);
+            Ok(cell)
+        })
+        .collect::<Result<_>>()?;
+    let row = |&keys: &usize| {
+        let poses = if settings.partners { 2 * keys } else { keys };
         let floor = floor_error(&truth.poses, &truth.phases_cycles, &joints, poses);
-        rows.push(Row { keys, poses, floor, cells });
-    }
+        // Computed from the last to the first.
+        let cells = (0..settings.components.len()).filter_map(|_| cells.pop()).collect();
+        Row { keys, poses, floor, cells }
+    };
+    let rows = settings.keys.iter().map(row).collect();
     let mean = mean_motion(&truth);
     let diagnosis = &analysis.spectral.diagnosis;
     Ok(Validation {
