@@ -21,14 +21,15 @@ impl Graph {
         Self { n, words, rows: vec![0; words * n], alive }
     }
 
-    /// Sets the neighbours of `u`, one truth value a vertex; `u` itself is left out. The rows of all
-    /// vertices together must be symmetric.
-    pub(super) fn set_row(&mut self, u: usize, joined: impl Iterator<Item = bool>) {
-        let row = &mut self.rows[u * self.words..(u + 1) * self.words];
-        for (v, joined) in joined.enumerate() {
-            row[v / 64] |= u64::from(joined) << (v % 64);
+    /// Joins `u` with those of the vertices 8·`eight`…8·`eight` + 7 whose bit is set, in the row of
+    /// `u` only: all rows together must be symmetric. `u` itself and bits past the last vertex are
+    /// left out.
+    pub(super) fn join_eight(&mut self, u: usize, eight: usize, joined: u8) {
+        let at = u * self.words + eight / 8;
+        self.rows[at] |= u64::from(joined) << (8 * (eight % 8));
+        if eight == u / 8 {
+            self.rows[at] &= !(1 << (u % 64));
         }
-        row[u / 64] &= !(1 << (u % 64));
     }
 
     /// Removes the edges from `u` to those vertices that fail the test; to be done for both ends.
@@ -138,7 +139,9 @@ mod tests {
     fn graph(n: usize, edges: &[bool]) -> Graph {
         let mut g = Graph::new(n);
         for u in 0..n {
-            g.set_row(u, (0..n).map(|v| edges[u.max(v) * n + u.min(v)]));
+            for v in (0..n).filter(|&v| edges[u.max(v) * n + u.min(v)]) {
+                g.join_eight(u, v / 8, 1 << (v % 8));
+            }
         }
         g
     }

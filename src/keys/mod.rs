@@ -65,6 +65,9 @@ pub struct KeySettings {
     /// Wall time after which the best set and the bound so far are returned, seconds; infinity is
     /// allowed. Default: 30.
     pub time_limit_s: f64,
+    /// Pairs of frames the proof may look at before the best set and the bound so far are returned.
+    /// Unlike time it ends the search at the same place on every machine. Default: no limit.
+    pub pair_limit: u64,
     /// Number of random starts of the local search that finds the first set. Default: 32.
     pub restarts: usize,
     /// Seed of the random starts. Default: 42.
@@ -80,6 +83,7 @@ impl Default for KeySettings {
             force: Vec::new(),
             min_spacing_frames: 1,
             time_limit_s: 30.0,
+            pair_limit: u64::MAX,
             restarts: 32,
             seed: 42,
         }
@@ -123,7 +127,7 @@ pub fn choose_keys(
     let deadline = Duration::try_from_secs_f64(settings.time_limit_s)
         .ok()
         .and_then(|limit| start.checked_add(limit));
-    let watch = watch::Watch::new(deadline, progress);
+    let watch = watch::Watch::new(deadline, settings.pair_limit, progress);
     let first = incumbent::local_search(&problem, settings.restarts, settings.seed, &watch);
     let outcome = search::prove(&problem, first, &watch);
     if watch.interrupted() {

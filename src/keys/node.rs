@@ -141,12 +141,14 @@ fn sum_of_smallest(values: &mut [f64], count: usize) -> f64 {
     values[..count].iter().sum()
 }
 
+/// Candidates worked on together, in vector registers.
+const LANES: usize = 8;
+
 /// The graph of the candidates that can both be added to the chosen frames, from the Schur
 /// complement M of K − σI over these; removes the candidates that cannot join at all. `None` when
 /// the chosen frames alone fail.
 ///
-/// M is not kept: row by row, M_ij = K_ij − y_i·y_j with L·y_j the column of j, in loops over
-/// contiguous numbers that the compiler turns into vector instructions.
+/// M is not kept: M_ij = K_ij − y_i·y_j with L·y_j the column of j, for eight j at a time.
 fn joinable(
     problem: &Problem,
     chosen: &[usize],
@@ -155,47 +157,47 @@ fn joinable(
 ) -> Option<Graph> {
     let k = chosen.len();
     let factor = cholesky(problem, chosen, shift)?;
-    let most = candidates.len();
-    // One row a chosen frame, one column a candidate.
-    let mut solved = vec![0.0; k * most];
-    let mut diagonal = Vec::with_capacity(most);
+    // For each eight candidates k rows of eight y, then a row of eight diagonal entries of M.
+    let mut solved = vec![[0.0; LANES]; candidates.len().div_ceil(LANES) * (k + 1)];
+    let mut n = 0;
     candidates.retain(|&f| {
-        let row = problem.kernel.row(f);
-        let mut y = [0.0; MAX_KEYS];
-        let mut left = 1.0 - shift;
-        for (i, &s) in chosen.iter().enumerate() {
-            let mut sum = row[s];
-            for j in 0..i {
-                sum -= factor[i * MAX_KEYS + j] * y[j];
-            }
-            y[i] = sum / factor[i * MAX_KEYS + i];
-            left -= y[i] * y[i];
+        let (y, left) = solve(&factor, problem.kernel.row(f), chosen, shift);
+        if left <= 0.0 {
+            return false;
         }
-        let fits = left > 0.0;
-        if fits {
-            for (i, y) in y[..k].iter().enumerate() {
-                solved[i * most + diagonal.len()] = *y;
-            }
-            diagonal.push(left);
+        let rows = &mut solved[n / LANES * (k + 1)..][..=k];
+        for (row, y) in rows.iter_mut().zip(&y[..k]) {
+            row[n % LANES] = *y;
         }
-        fits
+        rows[k][n % LANES] = left;
+        n += 1;
+        true
     });
-    let n = candidates.len();
     let mut graph = Graph::new(n);
-    let mut entries = vec![0.0; n];
     for i in 0..n {
         let row = problem.kernel.row(candidates[i]);
-        for (entry, &f) in entries.iter_mut().zip(candidates.iter()) {
-            *entry = row[f];
-        }
-        for y in solved.chunks(most.max(1)) {
-            let yi = y[i];
-            for (entry, yj) in entries.iter_mut().zip(y) {
-                *entry -= yi * yj;
+        let own = &solved[i / LANES * (k + 1)..][..=k];
+        let own_y: [f64; MAX_KEYS] =
+            std::array::from_fn(|c| if c < k { own[c][i % LANES] } else { 0.0 });
+        let di = own[k][i % LANES];
+        for (eight, (frames, rows)) in
+            candidates.chunks(LANES).zip(solved.chunks_exact(k + 1)).enumerate()
+        {
+            let mut entries = [0.0; LANES];
+            for (entry, &f) in entries.iter_mut().zip(frames) {
+                *entry = row[f];
             }
+            for (yi, y) in own_y.iter().zip(&rows[..k]) {
+                for (entry, yj) in entries.iter_mut().zip(y) {
+                    *entry -= yi * yj;
+                }
+            }
+            let mut joined = 0_u8;
+            for (lane, (x, dj)) in entries.iter().zip(&rows[k]).enumerate() {
+                joined |= u8::from(x * x < di * dj) << lane;
+            }
+            graph.join_eight(i, eight, joined);
         }
-        let di = diagonal[i];
-        graph.set_row(i, entries.iter().zip(&diagonal).map(|(x, dj)| x * x < di * dj));
         if problem.spacing > 1 {
             graph.retain_neighbours(i, |j| problem.apart(candidates[i], candidates[j]));
         }
@@ -203,9 +205,24 @@ fn joinable(
     Some(graph)
 }
 
-/// Lower Cholesky factor of K_S − shift·I, rows of [`MAX_KEYS`] entries; `None` when it is not
-/// positive definite.
-fn cholesky(problem: &Problem, chosen: &[usize], shift: f64) -> Option<[f64; MAX_KEYS * MAX_KEYS]> {
+/// The solution y of L·y = column of a candidate, and what is left of its diagonal entry.
+fn solve(factor: &Factor, row: &[f64], chosen: &[usize], shift: f64) -> ([f64; MAX_KEYS], f64) {
+    let mut y = [0.0; MAX_KEYS];
+    let mut left = 1.0 - shift;
+    for (i, &s) in chosen.iter().enumerate() {
+        let l = &factor[i * MAX_KEYS..i * MAX_KEYS + i + 1];
+        let sum = row[s] - l.iter().zip(&y[..i]).map(|(l, y)| l * y).sum::<f64>();
+        y[i] = sum / l[i];
+        left -= y[i] * y[i];
+    }
+    (y, left)
+}
+
+/// A lower triangle, rows of [`MAX_KEYS`] entries.
+type Factor = [f64; MAX_KEYS * MAX_KEYS];
+
+/// Lower Cholesky factor of K_S − shift·I; `None` when it is not positive definite.
+fn cholesky(problem: &Problem, chosen: &[usize], shift: f64) -> Option<Factor> {
     let mut l = [0.0; MAX_KEYS * MAX_KEYS];
     for (i, &f) in chosen.iter().enumerate() {
         let row = problem.kernel.row(f);

@@ -143,6 +143,7 @@ impl Pass<'_> {
             }
             return;
         }
+        self.watch.worked((candidates.len() as u64).pow(2));
         let limit = || self.limit();
         let Some(node) = Node::reduced(self.problem, &limit, chosen, candidates, lambda) else {
             return;
