@@ -21,6 +21,7 @@
 
 mod condition;
 mod cycle;
+mod factor;
 mod graph;
 mod incumbent;
 mod node;

@@ -3,6 +3,7 @@
 
 use super::MAX_KEYS;
 use super::condition::{SHIFT_SLACK, rayleigh};
+use super::factor::Factor;
 use super::graph::Graph;
 use super::problem::Problem;
 
@@ -146,7 +147,7 @@ const LANES: usize = 8;
 
 /// The graph of the candidates that can both be added to the chosen frames, from the Schur
 /// complement M of K − σI over these; removes the candidates that cannot join at all. `None` when
-/// the chosen frames alone fail.
+/// the chosen frames alone fail, or too few candidates are left.
 ///
 /// M is not kept: M_ij = K_ij − y_i·y_j with L·y_j the column of j, for eight j at a time.
 fn joinable(
@@ -156,12 +157,12 @@ fn joinable(
     shift: f64,
 ) -> Option<Graph> {
     let k = chosen.len();
-    let factor = cholesky(problem, chosen, shift)?;
+    let factor = Factor::of(&problem.kernel, chosen, shift)?;
     // For each eight candidates k rows of eight y, then a row of eight diagonal entries of M.
     let mut solved = vec![[0.0; LANES]; candidates.len().div_ceil(LANES) * (k + 1)];
     let mut n = 0;
     candidates.retain(|&f| {
-        let (y, left) = solve(&factor, problem.kernel.row(f), chosen, shift);
+        let (y, left) = factor.joined_by(problem.kernel.row(f));
         if left <= 0.0 {
             return false;
         }
@@ -173,6 +174,9 @@ fn joinable(
         n += 1;
         true
     });
+    if candidates.len() + k < problem.keys {
+        return None;
+    }
     let mut graph = Graph::new(n);
     for i in 0..n {
         let row = problem.kernel.row(candidates[i]);
@@ -203,43 +207,4 @@ fn joinable(
         }
     }
     Some(graph)
-}
-
-/// The solution y of L·y = column of a candidate, and what is left of its diagonal entry.
-fn solve(factor: &Factor, row: &[f64], chosen: &[usize], shift: f64) -> ([f64; MAX_KEYS], f64) {
-    let mut y = [0.0; MAX_KEYS];
-    let mut left = 1.0 - shift;
-    for (i, &s) in chosen.iter().enumerate() {
-        let l = &factor[i * MAX_KEYS..i * MAX_KEYS + i + 1];
-        let sum = row[s] - l.iter().zip(&y[..i]).map(|(l, y)| l * y).sum::<f64>();
-        y[i] = sum / l[i];
-        left -= y[i] * y[i];
-    }
-    (y, left)
-}
-
-/// A lower triangle, rows of [`MAX_KEYS`] entries.
-type Factor = [f64; MAX_KEYS * MAX_KEYS];
-
-/// Lower Cholesky factor of K_S − shift·I; `None` when it is not positive definite.
-fn cholesky(problem: &Problem, chosen: &[usize], shift: f64) -> Option<Factor> {
-    let mut l = [0.0; MAX_KEYS * MAX_KEYS];
-    for (i, &f) in chosen.iter().enumerate() {
-        let row = problem.kernel.row(f);
-        for (j, &g) in chosen[..=i].iter().enumerate() {
-            let mut sum = row[g] - if i == j { shift } else { 0.0 };
-            for c in 0..j {
-                sum -= l[i * MAX_KEYS + c] * l[j * MAX_KEYS + c];
-            }
-            l[i * MAX_KEYS + j] = if i == j {
-                if sum <= 0.0 {
-                    return None;
-                }
-                sum.sqrt()
-            } else {
-                sum / l[j * MAX_KEYS + j]
-            };
-        }
-    }
-    Some(l)
 }
