@@ -1,6 +1,6 @@
 //! Our side of `side_by_side.py`: the peers' own masks through our Gram matrix and PCA, one JSON line
 //! a job. Usage: `beside_peers MASKS.npy JOB`, the job one of `gram-plain`, `gram-avx2`, `gram-avx512`,
-//! `gram`, `pca`. The clock starts with the packed masks in memory, as the peers' does.
+//! `gram`, `gram-cropped` (to the box of all silhouettes, before the clock), `pca`. The clock starts with the packed masks in memory, as the peers' does.
 
 #![allow(clippy::print_stdout, reason = "its result is what it prints")]
 
@@ -15,10 +15,11 @@ fn main() -> anyhow::Result<()> {
     // `cargo bench` runs every bench; without masks there is nothing to compare.
     let [path, job] = arguments.as_slice() else { return Ok(()) };
     let masks = masks(&std::fs::read(path).with_context(|| path.clone())?)?;
+    let masks = if job == "gram-cropped" { cropped(&masks) } else { masks };
     let masks: Vec<&Mask> = masks.iter().collect();
     let start = Instant::now();
     let result = match job.as_str() {
-        "gram" => gram(&masks, InstructionSet::best())?,
+        "gram" | "gram-cropped" => gram(&masks, InstructionSet::best())?,
         "gram-plain" => gram(&masks, InstructionSet::Plain)?,
         "gram-avx2" => gram(&masks, InstructionSet::Avx2)?,
         "gram-avx512" => gram(&masks, InstructionSet::Avx512)?,
@@ -41,6 +42,17 @@ fn gram(masks: &[&Mask], set: InstructionSet) -> anyhow::Result<f64> {
         bail!("this processor lacks {set:?}");
     }
     Ok(Changes::of(masks)?.gram(set).iter().map(|&k| f64::from(k)).sum())
+}
+
+fn cropped(masks: &[Mask]) -> Vec<Mask> {
+    let union = masks.iter().cloned().reduce(|a, b| a.or(&b));
+    let Some(bounds) = union.and_then(|m| m.bounds()) else { return masks.to_vec() };
+    let crop = |mask: &Mask| {
+        Mask::from_fn(bounds.width(), bounds.height(), |x, y| {
+            mask.get(bounds.left + x, bounds.top + y)
+        })
+    };
+    masks.iter().map(crop).collect()
 }
 
 /// numpy's array of frames × height × width/8 bytes, the leftmost pixel the highest bit.

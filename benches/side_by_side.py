@@ -47,7 +47,7 @@ def main():
             memory[name] = max(memory.get(name, 0), mib)
 
     for _ in range(repetitions):
-        for job in ("gram", "gram-avx2", "gram-plain", "pca"):
+        for job in ("gram", "gram-avx2", "gram-plain", "gram-cropped", "pca"):
             for line, mib in ((line, mib) for found, mib in [lines([ours(), masks, job])] for line in found):
                 note("ours " + job, line["wall_s"], mib)
         for method in os.environ.get("METHODS", "numpy_gram_f32 numpy_gram_f32_bbox numkong_gram").split():
@@ -64,7 +64,7 @@ def main():
         if name.startswith("ours"):
             print(json.dumps({"ours": name, "median_s": seconds, "all": times[name], "mib": memory.get(name)}))
             continue
-        sides = ["ours pca"] if name.startswith("pca") else ["ours gram", "ours gram-avx2", "ours gram-plain"]
+        sides = ["ours pca"] if name.startswith("pca") else ["ours gram", "ours gram-avx2", "ours gram-plain", "ours gram-cropped"]
         ratios = {side: round(seconds / middle[side], 1) for side in sides if side in middle}
         print(json.dumps({"peer": name, "median_s": seconds, "all": times[name], "mib": memory.get(name), "ratio": ratios}))
 

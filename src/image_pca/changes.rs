@@ -35,7 +35,7 @@ pub struct Changes {
     pub(super) words: Vec<usize>,
     /// For each 64 masks, each of those words' changes.
     pub(super) tiles: Vec<Vec<TileWord>>,
-    /// |m AND a| of each mask.
+    /// |m AND a| of each mask, and |m| for the empty places of the last tile.
     pub(super) in_majority: Vec<u64>,
 }
 
@@ -89,9 +89,20 @@ impl Changes {
             .enumerate()
             .for_each(|(c, (m, changing))| count(masks, c * COUNTED_WORDS, m, changing));
         let words: Vec<usize> = (0..length).filter(|&w| changing[w]).collect();
-        let tiles =
+        let tiles: Vec<Vec<TileWord>> =
             masks.par_chunks(TILE).map(|tile| tile_words(tile, &words, &majority)).collect();
-        let in_majority = masks.par_iter().map(|mask| common(mask.words(), &majority)).collect();
+        // |m AND a| = |m| − |m AND d|.
+        let all = common(&majority, &majority);
+        let cleared = |tile: &Vec<TileWord>| {
+            let mut counts = [all; TILE];
+            for (changes, &word) in tile.iter().zip(&words) {
+                for (count, change) in counts.iter_mut().zip(changes) {
+                    *count -= u64::from((change & majority[word]).count_ones());
+                }
+            }
+            counts
+        };
+        let in_majority = tiles.par_iter().flat_map_iter(cleared).collect();
         Self { masks: masks.len(), size, majority, words, tiles, in_majority }
     }
 }
