@@ -15,9 +15,10 @@
 //! a single key every frame is as good as any other: it is the first admissible one.
 //!
 //! # What it costs
-//! Seconds to the proof on noisy rings in two dimensions, two cores: 5 of 137 0.03, 4 of 1000 0.5,
-//! 7 of 122 0.09, 6 of 300 0.9, 8 of 100 0.7, 8 of 137 3 (`cargo bench --bench keys`). It grows
+//! Processor seconds to the proof on noisy rings in two dimensions: 4 of 1000 0.7, 6 of 300 1.1,
+//! 8 of 100 0.8, 8 of 137 3.4 (`cargo bench --bench keys`, `docs/performance.md`). It grows
 //! exponentially with the number of keys; memory grows with the square of the number of frames.
+//! On a single component conditions are large and bounds weak: 8 of 100 take minutes.
 
 mod condition;
 mod cycle;

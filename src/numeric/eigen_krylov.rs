@@ -14,8 +14,8 @@ use rayon::prelude::*;
 /// higher multiplicity than this are left to the full decomposition.
 const BLOCK: usize = 8;
 
-/// Blocks after which the iteration gives up. Silhouettes of gaits take 6 to 12; on a spectrum so
-/// flat that this is not enough a full decomposition costs little more.
+/// Blocks after which the iteration gives up: on a spectrum so flat that a basis of 192 vectors does
+/// not resolve it, a full decomposition is the safer way.
 const MOST_BLOCKS: usize = 24;
 
 /// Blocks before the first look at the pairs.

@@ -22,7 +22,7 @@ fn bit(look: Look, seed: u64, mask: usize, x: usize, y: usize) -> bool {
     match look {
         Look::Noise => hash(mask) & 1 == 1,
         Look::MostlyStill => (x / 9 + y) % 2 == 1 && hash(mask) % 11 > 0,
-        Look::Extreme => mask % 3 > 0,
+        Look::Extreme => !mask.is_multiple_of(3),
     }
 }
 
