@@ -7,7 +7,7 @@ type Capsule = [f64; 5];
 
 /// `frames` masks of a quadruped that walks in 25 frames a cycle and drifts by a sixteenth of the
 /// picture.
-pub fn walker(frames: usize, width: usize, height: usize) -> Vec<Mask> {
+pub(crate) fn walker(frames: usize, width: usize, height: usize) -> Vec<Mask> {
     let scale = height as f64 / 540.0;
     (0..frames)
         .map(|t| {
