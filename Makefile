@@ -6,7 +6,7 @@ DENY_VERSION := 0.20.2
 DEBIAN_PACKAGES := ffmpeg nodejs npm
 export RUSTDOCFLAGS := -D warnings
 
-.PHONY: test tools lint unit deny demo clean
+.PHONY: test tools lint unit deny demo bench clean
 
 test: tools lint unit deny demo
 
@@ -36,6 +36,12 @@ deny:
 # The main job with the release build, as a new user runs it.
 demo:
 	d=$$(mktemp -d) && $(CARGO) run --locked --release --quiet -- -q demo --out $$d/demo && rm -r $$d
+
+# Every figure of docs/performance.md. With PEERS=folder also the ratios to the Python peers in it.
+bench:
+	$(CARGO) bench --locked --bench gram --bench keys --bench max_flow
+	RAYON_NUM_THREADS=1 $(CARGO) bench --locked --bench gram --bench keys
+	[ -z "$(PEERS)" ] || { $(CARGO) bench --locked --no-run --bench beside_peers && python3 benches/side_by_side.py $(PEERS); }
 
 clean:
 	$(CARGO) clean

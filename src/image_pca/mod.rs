@@ -2,15 +2,19 @@
 //!
 //! Every mask is one observation of width × height pixels. The covariance matrix of the pixels is
 //! never made: with the masks as rows of I, the n × n Gram matrix I·Iᵗ has the same non-zero
-//! eigenvalues, and its entries come from popcounts. Centring the images (equation 2) is
-//! double-centring of the Gram matrix.
+//! eigenvalues, and its entries are exact integers from packed bits. Centring the images
+//! (equation 2) is double-centring of the Gram matrix.
 
-mod eigen_image;
+mod changes;
+mod eigen_images;
 mod gram;
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
-pub use eigen_image::GreyImage;
+pub use changes::Changes;
+pub use eigen_images::{EigenImages, GreyImage};
+pub use gram::InstructionSet;
 
 use crate::error::{Error, Result};
 use crate::mask::Mask;
@@ -39,13 +43,18 @@ impl ImagePca {
     /// masks span fewer dimensions).
     ///
     /// # Errors
-    /// [`Error::TooFewMasks`] with fewer than two masks, [`Error::MaskSize`] when sizes differ,
-    /// [`Error::MasksEmpty`] when no mask has a pixel, [`Error::MasksConstant`] when all masks
-    /// are the same.
+    /// As [`Changes::of`]; [`Error::MasksConstant`] when all masks are the same.
     pub fn fit(masks: &[&Mask], components: usize) -> Result<Self> {
-        check(masks)?;
-        let n = masks.len();
-        let centred = double_centred(&gram::gram(masks), n);
+        Self::of(&Changes::of(masks)?, components)
+    }
+
+    /// The same of masks already packed, so that they can be used again for the images.
+    ///
+    /// # Errors
+    /// [`Error::MasksConstant`] when all masks are the same.
+    pub fn of(changes: &Changes, components: usize) -> Result<Self> {
+        let n = changes.frames();
+        let centred = double_centred(&changes.gram(InstructionSet::best()), n);
         let total = centred.trace();
         if total <= 0.0 {
             return Err(Error::MasksConstant { frames: n });
@@ -90,62 +99,35 @@ impl ImagePca {
         self.eigenvalues.iter().map(|v| v / self.total_variance).collect()
     }
 
-    /// The mean image ī + `deviations` · √λ along one component (seed, figure 7), in shares of
-    /// coverage; values may leave 0…1. `masks` are those of [`ImagePca::fit`], in the same order.
+    /// The mean image and the images of all components. `changes` are those of the masks that were
+    /// analysed.
     ///
     /// # Panics
-    /// When there is no such component, or not the same number of masks.
+    /// When there is not the same number of masks.
     #[must_use]
-    pub fn eigen_image(&self, masks: &[&Mask], component: usize, deviations: f64) -> GreyImage {
-        let n = masks.len();
-        assert_eq!(n, self.scores.frames(), "the masks that were analysed");
-        // With unit scores s(t), the component image is E = Σ s(t)(i(t) − ī) / (n √λ), so the step
-        // of k deviations along it is k √λ E = k/n Σ s(t) i(t), for the scores have mean zero.
-        let weights: Vec<f64> = (0..n)
-            .map(|t| (1.0 + deviations * self.scores.point(t)[component]) / n as f64)
-            .collect();
-        eigen_image::weighted_sum(masks, &weights)
+    pub fn images(&self, changes: &Changes) -> EigenImages {
+        assert_eq!(changes.frames(), self.scores.frames(), "the masks that were analysed");
+        let components = 0..self.scores.components();
+        let scores: Vec<Vec<f64>> = components.map(|c| self.scores.column(c)).collect();
+        eigen_images::eigen_images(changes, &scores)
     }
-
-    /// The mean image ī, in shares of coverage, 0…1.
-    ///
-    /// # Panics
-    /// Never with the masks of [`ImagePca::fit`].
-    #[must_use]
-    pub fn mean_image(&self, masks: &[&Mask]) -> GreyImage {
-        let share = 1.0 / masks.len().max(1) as f64;
-        eigen_image::weighted_sum(masks, &vec![share; masks.len()])
-    }
-}
-
-fn check(masks: &[&Mask]) -> Result<()> {
-    let Some(first) = masks.first() else {
-        return Err(Error::TooFewMasks { frames: 0 });
-    };
-    if masks.len() < 2 {
-        return Err(Error::TooFewMasks { frames: masks.len() });
-    }
-    let size = (first.width(), first.height());
-    for (frame, mask) in masks.iter().enumerate() {
-        if (mask.width(), mask.height()) != size {
-            let found = (mask.width(), mask.height());
-            return Err(Error::MaskSize { frame, found, expected: size });
-        }
-    }
-    if masks.iter().all(|m| m.words().iter().all(|&w| w == 0)) {
-        return Err(Error::MasksEmpty { frames: masks.len() });
-    }
-    Ok(())
 }
 
 /// K − row means − column means + grand mean. Row sums are exact integers, so equal rows give
 /// exactly equal entries.
-fn double_centred(gram: &[u64], n: usize) -> DMatrix<f64> {
+fn double_centred(gram: &[u32], n: usize) -> DMatrix<f64> {
     let count = n as f64;
-    let row_mean: Vec<f64> =
-        gram.chunks(n).map(|row| row.iter().sum::<u64>() as f64 / count).collect();
-    let grand_mean = gram.iter().sum::<u64>() as f64 / (count * count);
-    DMatrix::from_fn(n, n, |i, j| gram[i * n + j] as f64 - row_mean[i] - row_mean[j] + grand_mean)
+    let sum = |row: &[u32]| row.iter().map(|&k| u64::from(k)).sum::<u64>();
+    let row_mean: Vec<f64> = gram.par_chunks(n).map(|row| sum(row) as f64 / count).collect();
+    let grand_mean = sum(gram) as f64 / (count * count);
+    let mut centred = vec![0.0; n * n];
+    let columns = centred.par_chunks_mut(n).zip(gram.par_chunks(n)).enumerate();
+    columns.for_each(|(j, (column, gram))| {
+        for (i, (entry, &k)) in column.iter_mut().zip(gram).enumerate() {
+            *entry = f64::from(k) - row_mean[i] - row_mean[j] + grand_mean;
+        }
+    });
+    DMatrix::from_vec(n, n, centred)
 }
 
 #[cfg(test)]

@@ -61,14 +61,14 @@ fn scores_have_unit_deviation_and_rebuild_the_images() {
     assert_eq!(pca.eigenvalues.len(), 7);
     let shares: f64 = pca.variance_shares().iter().sum();
     assert!((shares - 1.0).abs() < 1e-12);
-    let mean = pca.mean_image(&refs);
+    let images = pca.images(&Changes::of(&refs).unwrap());
     for (t, mask) in masks.iter().enumerate() {
-        let mut rebuilt = mean.values.clone();
+        let mut rebuilt = images.mean.values.clone();
         for c in 0..7 {
             assert!((crate::numeric::standard_deviation(&pca.scores.column(c)) - 1.0).abs() < 1e-9);
-            let step = pca.eigen_image(&refs, c, 1.0);
+            let step = images.along(c, 1.0);
             for (pixel, value) in rebuilt.iter_mut().enumerate() {
-                *value += pca.scores.point(t)[c] * (step.values[pixel] - mean.values[pixel]);
+                *value += pca.scores.point(t)[c] * (step.values[pixel] - images.mean.values[pixel]);
             }
         }
         for (pixel, value) in rebuilt.iter().enumerate() {
@@ -91,4 +91,36 @@ fn masks_without_variation_are_said_plainly() {
     assert!(matches!(ImagePca::fit(&[], 2), Err(Error::TooFewMasks { frames: 0 })));
     let small = Mask::new(9, 10);
     assert!(matches!(ImagePca::fit(&[&mask, &small], 2), Err(Error::MaskSize { frame: 1, .. })));
+}
+
+proptest! {
+    // Eight columns of weights are one vector: with eight components and the mean there are two.
+    #[test]
+    fn images_are_the_weighted_sums_of_plain_booleans(
+        width in 1_usize..200,
+        height in 1_usize..4,
+        n in 3_usize..80,
+        seed in any::<u64>(),
+    ) {
+        let mut masks = random_masks(n, width, height, seed);
+        // A part of the picture in which most masks show the same.
+        for (i, mask) in masks.iter_mut().enumerate().skip(1) {
+            for x in 0..width.min(70) {
+                mask.set(x, 0, (x + i) % 9 > 0);
+            }
+        }
+        let refs: Vec<&Mask> = masks.iter().collect();
+        let Ok(pca) = ImagePca::fit(&refs, 8) else { return Ok(()); };
+        let images = pca.images(&Changes::of(&refs).unwrap());
+        prop_assert_eq!(images.deviations.len(), pca.eigenvalues.len());
+        for pixel in 0..width * height {
+            let set = |t: usize| f64::from(u8::from(masks[t].get(pixel % width, pixel / width)));
+            let mean = (0..n).map(set).sum::<f64>() / n as f64;
+            prop_assert_eq!(images.mean.values[pixel], mean);
+            for (c, image) in images.deviations.iter().enumerate() {
+                let slow: f64 = (0..n).map(|t| pca.scores.point(t)[c] * (set(t) - mean)).sum();
+                prop_assert!((image.values[pixel] - slow / n as f64).abs() < 1e-12);
+            }
+        }
+    }
 }

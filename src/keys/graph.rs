@@ -21,9 +21,22 @@ impl Graph {
         Self { n, words, rows: vec![0; words * n], alive }
     }
 
-    pub(super) fn add_edge(&mut self, u: usize, v: usize) {
-        self.rows[u * self.words + v / 64] |= 1 << (v % 64);
-        self.rows[v * self.words + u / 64] |= 1 << (u % 64);
+    /// Joins `u` with those of the vertices 8·`eight`…8·`eight` + 7 whose bit is set, in the row of
+    /// `u` only: all rows together must be symmetric. `u` itself and bits past the last vertex are
+    /// left out.
+    pub(super) fn join_eight(&mut self, u: usize, eight: usize, joined: u8) {
+        let at = u * self.words + eight / 8;
+        self.rows[at] |= u64::from(joined) << (8 * (eight % 8));
+        if eight == u / 8 {
+            self.rows[at] &= !(1 << (u % 64));
+        }
+    }
+
+    /// Removes the edges from `u` to those vertices that fail the test; to be done for both ends.
+    pub(super) fn retain_neighbours(&mut self, u: usize, keep: impl Fn(usize) -> bool) {
+        for v in (0..self.n).filter(|&v| !keep(v)) {
+            self.rows[u * self.words + v / 64] &= !(1 << (v % 64));
+        }
     }
 
     fn row(&self, v: usize) -> &[u64] {
@@ -126,10 +139,8 @@ mod tests {
     fn graph(n: usize, edges: &[bool]) -> Graph {
         let mut g = Graph::new(n);
         for u in 0..n {
-            for v in 0..u {
-                if edges[u * n + v] {
-                    g.add_edge(u, v);
-                }
+            for v in (0..n).filter(|&v| edges[u.max(v) * n + u.min(v)]) {
+                g.join_eight(u, v / 8, 1 << (v % 8));
             }
         }
         g

@@ -5,7 +5,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::condition::{condition, condition_within};
+use super::condition::{SHIFT_SLACK, condition, condition_within, rayleigh};
+use super::factor::Factor;
 use super::problem::{Problem, spread};
 use super::watch::Watch;
 
@@ -63,7 +64,21 @@ fn improve(
         let before = best;
         for place in problem.forced.len()..set.len() {
             order.shuffle(rng);
+            let mut others = set.clone();
+            others.remove(place);
+            // By interlacing most exchanges are refused without a look at the whole matrix: one
+            // factor of the others, one triangular solution a frame.
+            let rho = if others.is_empty() {
+                1.0
+            } else {
+                rayleigh(&problem.kernel.submatrix(&others), others.len())
+            };
+            let factor = Factor::of(&problem.kernel, &others, rho / best - SHIFT_SLACK);
+            let Some(factor) = factor else { continue };
             for &f in &order {
+                if factor.joined_by(problem.kernel.row(f)).1 <= 0.0 {
+                    continue;
+                }
                 let fits = |(i, &g): (usize, &usize)| i == place || problem.apart(f, g);
                 if set.contains(&f) || !set.iter().enumerate().all(fits) {
                     continue;

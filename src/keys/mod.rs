@@ -15,12 +15,14 @@
 //! a single key every frame is as good as any other: it is the first admissible one.
 //!
 //! # What it costs
-//! Seconds to the proof on noisy rings in two dimensions, two cores: 5 of 137 0.03, 4 of 1000 0.5,
-//! 7 of 122 0.09, 6 of 300 0.9, 8 of 100 0.7, 8 of 137 3 (`cargo bench --bench keys`). It grows
+//! Processor seconds to the proof on noisy rings in two dimensions: 4 of 1000 0.7, 6 of 300 1.1,
+//! 8 of 100 0.8, 8 of 137 3.4 (`cargo bench --bench keys`, `docs/performance.md`). It grows
 //! exponentially with the number of keys; memory grows with the square of the number of frames.
+//! On a single component conditions are large and bounds weak: 8 of 100 take minutes.
 
 mod condition;
 mod cycle;
+mod factor;
 mod graph;
 mod incumbent;
 mod node;
@@ -67,6 +69,9 @@ pub struct KeySettings {
     /// Wall time after which the best set and the bound so far are returned, seconds; infinity is
     /// allowed. Default: 30.
     pub time_limit_s: f64,
+    /// Pairs of frames the proof may look at before the best set and the bound so far are returned.
+    /// Unlike time it ends the search at the same place on every machine. Default: no limit.
+    pub pair_limit: u64,
     /// Number of random starts of the local search that finds the first set. Default: 32.
     pub restarts: usize,
     /// Seed of the random starts. Default: 42.
@@ -82,6 +87,7 @@ impl Default for KeySettings {
             force: Vec::new(),
             min_spacing_frames: 1,
             time_limit_s: 30.0,
+            pair_limit: u64::MAX,
             restarts: 32,
             seed: 42,
         }
@@ -125,7 +131,7 @@ pub fn choose_keys(
     let deadline = Duration::try_from_secs_f64(settings.time_limit_s)
         .ok()
         .and_then(|limit| start.checked_add(limit));
-    let watch = watch::Watch::new(deadline, progress);
+    let watch = watch::Watch::new(deadline, settings.pair_limit, progress);
     let first = incumbent::local_search(&problem, settings.restarts, settings.seed, &watch);
     let outcome = search::prove(&problem, first, &watch);
     if watch.interrupted() {

@@ -1,7 +1,9 @@
 //! One node of the search: the candidates that may still join a partial set, and which of them go
 //! together. The bounds are derived in the documentation of the search.
 
+use super::MAX_KEYS;
 use super::condition::{SHIFT_SLACK, rayleigh};
+use super::factor::Factor;
 use super::graph::Graph;
 use super::problem::Problem;
 
@@ -14,25 +16,27 @@ pub(super) struct Node {
     candidates: Vec<usize>,
     graph: Graph,
     classes: Vec<Vec<usize>>,
+    /// A lower bound of λ_max of all completions, of this set and of its children's.
+    pub(super) lambda: f64,
 }
 
 impl Node {
-    /// `None` when no completion can reach the limit.
+    /// `None` when no completion can reach the limit. `lambda`: a lower bound of λ_max of all
+    /// completions that is already known, that of the parent.
     pub(super) fn reduced(
         problem: &Problem,
         limit: &dyn Fn() -> f64,
         chosen: &[usize],
         mut candidates: Vec<usize>,
+        mut lambda: f64,
     ) -> Option<Self> {
         let missing = problem.keys - chosen.len();
-        let mut lambda = 1.0_f64;
         if !chosen.is_empty() {
             lambda = lambda.max(rayleigh(&problem.kernel.submatrix(chosen), chosen.len()));
         }
         loop {
             let shift = lambda / limit() - SHIFT_SLACK;
-            let schur = Schur::new(problem, chosen, &mut candidates, shift)?;
-            let mut graph = schur.graph(problem, &candidates);
+            let mut graph = joinable(problem, chosen, &mut candidates, shift)?;
             if graph.keep_core(missing - 1) < missing {
                 return None;
             }
@@ -46,8 +50,9 @@ impl Node {
                 if sharper.is_infinite() {
                     return None;
                 }
-                if sharper > lambda * WORTH_A_SECOND_LOOK {
-                    lambda = sharper;
+                let worth_it = sharper > lambda * WORTH_A_SECOND_LOOK;
+                lambda = lambda.max(sharper);
+                if worth_it {
                     candidates = graph.vertices().into_iter().map(|v| candidates[v]).collect();
                     continue;
                 }
@@ -62,7 +67,7 @@ impl Node {
                     return None;
                 }
             }
-            return Some(Self { candidates, graph, classes });
+            return Some(Self { candidates, graph, classes, lambda });
         }
     }
 
@@ -137,101 +142,69 @@ fn sum_of_smallest(values: &mut [f64], count: usize) -> f64 {
     values[..count].iter().sum()
 }
 
-/// Schur complement of K − σI over the chosen frames, for all candidates.
-struct Schur {
-    n: usize,
-    /// Row-major, lower triangle with diagonal.
-    values: Vec<f64>,
-}
+/// Candidates worked on together, in vector registers.
+const LANES: usize = 8;
 
-impl Schur {
-    /// Removes the candidates that cannot join; `None` when the chosen frames alone fail.
-    fn new(
-        problem: &Problem,
-        chosen: &[usize],
-        candidates: &mut Vec<usize>,
-        shift: f64,
-    ) -> Option<Self> {
-        let k = chosen.len();
-        let factor = cholesky(problem, chosen, shift)?;
-        let mut solved: Vec<f64> = Vec::with_capacity(candidates.len() * k);
-        let mut diagonal = Vec::with_capacity(candidates.len());
-        let mut kept = Vec::with_capacity(candidates.len());
-        for &f in candidates.iter() {
-            let row = problem.kernel.row(f);
-            let at = solved.len();
-            let mut left = 1.0 - shift;
-            for (i, &s) in chosen.iter().enumerate() {
-                let mut y = row[s];
-                for j in 0..i {
-                    y -= factor[i * k + j] * solved[at + j];
-                }
-                y /= factor[i * k + i];
-                left -= y * y;
-                solved.push(y);
-            }
-            if left > 0.0 {
-                kept.push(f);
-                diagonal.push(left);
-            } else {
-                solved.truncate(at);
-            }
-        }
-        *candidates = kept;
-        let n = candidates.len();
-        let mut values = vec![0.0; n * n];
-        for i in 0..n {
-            let row = problem.kernel.row(candidates[i]);
-            let yi = &solved[i * k..(i + 1) * k];
-            for j in 0..i {
-                let yj = &solved[j * k..(j + 1) * k];
-                let dot: f64 = yi.iter().zip(yj).map(|(a, b)| a * b).sum();
-                values[i * n + j] = row[candidates[j]] - dot;
-            }
-            values[i * n + i] = diagonal[i];
-        }
-        Some(Self { n, values })
-    }
-
-    /// Joins the candidates that can both be added to the chosen frames.
-    fn graph(&self, problem: &Problem, candidates: &[usize]) -> Graph {
-        let n = self.n;
-        let mut graph = Graph::new(n);
-        for i in 0..n {
-            let di = self.values[i * n + i];
-            for j in 0..i {
-                let x = self.values[i * n + j];
-                if x * x < di * self.values[j * n + j]
-                    && problem.apart(candidates[i], candidates[j])
-                {
-                    graph.add_edge(i, j);
-                }
-            }
-        }
-        graph
-    }
-}
-
-/// Lower Cholesky factor of K_S − shift·I, row-major; `None` when it is not positive definite.
-fn cholesky(problem: &Problem, chosen: &[usize], shift: f64) -> Option<Vec<f64>> {
+/// The graph of the candidates that can both be added to the chosen frames, from the Schur
+/// complement M of K − σI over these; removes the candidates that cannot join at all. `None` when
+/// the chosen frames alone fail, or too few candidates are left.
+///
+/// M is not kept: M_ij = K_ij − y_i·y_j with L·y_j the column of j, for eight j at a time.
+fn joinable(
+    problem: &Problem,
+    chosen: &[usize],
+    candidates: &mut Vec<usize>,
+    shift: f64,
+) -> Option<Graph> {
     let k = chosen.len();
-    let mut l = problem.kernel.submatrix(chosen);
-    for i in 0..k {
-        l[i * k + i] -= shift;
-        for j in 0..=i {
-            let mut sum = l[i * k + j];
-            for c in 0..j {
-                sum -= l[i * k + c] * l[j * k + c];
+    let factor = Factor::of(&problem.kernel, chosen, shift)?;
+    // For each eight candidates k rows of eight y, then a row of eight diagonal entries of M.
+    let mut solved = vec![[0.0; LANES]; candidates.len().div_ceil(LANES) * (k + 1)];
+    let mut n = 0;
+    candidates.retain(|&f| {
+        let (y, left) = factor.joined_by(problem.kernel.row(f));
+        if left <= 0.0 {
+            return false;
+        }
+        let rows = &mut solved[n / LANES * (k + 1)..][..=k];
+        for (row, y) in rows.iter_mut().zip(&y[..k]) {
+            row[n % LANES] = *y;
+        }
+        rows[k][n % LANES] = left;
+        n += 1;
+        true
+    });
+    if candidates.len() + k < problem.keys {
+        return None;
+    }
+    let mut graph = Graph::new(n);
+    for i in 0..n {
+        let row = problem.kernel.row(candidates[i]);
+        let own = &solved[i / LANES * (k + 1)..][..=k];
+        let own_y: [f64; MAX_KEYS] =
+            std::array::from_fn(|c| if c < k { own[c][i % LANES] } else { 0.0 });
+        let di = own[k][i % LANES];
+        for (eight, (frames, rows)) in
+            candidates.chunks(LANES).zip(solved.chunks_exact(k + 1)).enumerate()
+        {
+            let mut entries = [0.0; LANES];
+            for (entry, &f) in entries.iter_mut().zip(frames) {
+                *entry = row[f];
             }
-            l[i * k + j] = if i == j {
-                if sum <= 0.0 {
-                    return None;
+            for (yi, y) in own_y.iter().zip(&rows[..k]) {
+                for (entry, yj) in entries.iter_mut().zip(y) {
+                    *entry -= yi * yj;
                 }
-                sum.sqrt()
-            } else {
-                sum / l[j * k + j]
-            };
+            }
+            let mut joined = 0_u8;
+            for (lane, (x, dj)) in entries.iter().zip(&rows[k]).enumerate() {
+                joined |= u8::from(x * x < di * dj) << lane;
+            }
+            graph.join_eight(i, eight, joined);
+        }
+        if problem.spacing > 1 {
+            graph.retain_neighbours(i, |j| problem.apart(candidates[i], candidates[j]));
         }
     }
-    Some(l)
+    Some(graph)
 }

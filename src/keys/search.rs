@@ -93,7 +93,7 @@ pub(super) fn prove(problem: &Problem, first: (f64, Vec<usize>), watch: &Watch<'
         }
         let limit = limit.min(lock(&best).limit());
         let pass = Pass { problem, watch, best: &best, limit: AtomicU64::new(limit.to_bits()) };
-        pass.visit(&problem.forced, problem.free.clone(), 0);
+        pass.visit(&problem.forced, problem.free.clone(), 1.0, 0);
         if watch.halted() {
             break;
         }
@@ -124,8 +124,8 @@ impl Pass<'_> {
         }
     }
 
-    /// Searches all completions of `chosen` from `candidates`.
-    fn visit(&self, chosen: &[usize], candidates: Vec<usize>, depth: usize) {
+    /// Searches all completions of `chosen` from `candidates`, whose λ_max is at least `lambda`.
+    fn visit(&self, chosen: &[usize], candidates: Vec<usize>, lambda: f64, depth: usize) {
         let missing = self.problem.keys - chosen.len();
         if candidates.len() < missing || self.watch.halted() {
             return;
@@ -143,14 +143,17 @@ impl Pass<'_> {
             }
             return;
         }
-        let Some(node) = Node::reduced(self.problem, &|| self.limit(), chosen, candidates) else {
+        self.watch.worked((candidates.len() as u64).pow(2));
+        let limit = || self.limit();
+        let Some(node) = Node::reduced(self.problem, &limit, chosen, candidates, lambda) else {
             return;
         };
+        let lambda = node.lambda;
         let children = node.children(missing);
         let descend = |(f, rest): (usize, Vec<usize>)| {
             let mut set = chosen.to_vec();
             set.push(f);
-            self.visit(&set, rest, depth + 1);
+            self.visit(&set, rest, lambda, depth + 1);
         };
         if depth < PARALLEL_DEPTH {
             children.into_par_iter().for_each(descend);

@@ -175,6 +175,27 @@ fn out_of_time_the_bound_is_below_the_optimum() {
 }
 
 #[test]
+fn a_limit_of_work_ends_the_proof_at_the_same_place_on_any_number_of_threads() {
+    let c = ring(100, 0.15, 1);
+    let optimum = choose(&c, &asking_for(7)).unwrap();
+    let mut bounds = vec![1.0];
+    for pair_limit in [1, 100_000, 1_500_000, 30_000_000_000] {
+        let settings = KeySettings { pair_limit, time_limit_s: 1e6, ..asking_for(7) };
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| choose(&c, &settings).unwrap())
+        };
+        let found = on(1);
+        assert_eq!(found, on(3));
+        assert_eq!(found.proven_optimal, pair_limit > 1_000_000_000);
+        assert!(found.lower_bound <= optimum.condition && found.condition >= optimum.condition);
+        bounds.push(found.lower_bound);
+    }
+    // More work never gives a weaker bound.
+    assert!(bounds.is_sorted() && bounds[3] > 1.0, "{bounds:?}");
+}
+
+#[test]
 fn the_caller_can_stop_it() {
     let settings = KeySettings { time_limit_s: f64::INFINITY, ..asking_for(16) };
     let stopped = choose_keys(&ring(400, 0.15, 1), &settings, &|done, total| {

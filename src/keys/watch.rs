@@ -1,4 +1,4 @@
-//! The clock of a search and the caller's say in it.
+//! The clock of a search, its measure of work, and the caller's say in it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -14,11 +14,14 @@ pub(super) struct Watch<'a> {
     last_tick: AtomicU64,
     late: AtomicBool,
     interrupted: AtomicBool,
+    work: AtomicU64,
+    work_limit: u64,
 }
 
 impl<'a> Watch<'a> {
     pub(super) fn new(
         deadline: Option<Instant>,
+        work_limit: u64,
         progress: &'a (dyn Fn(usize, usize) -> bool + Sync),
     ) -> Self {
         Self {
@@ -28,6 +31,15 @@ impl<'a> Watch<'a> {
             last_tick: AtomicU64::new(0),
             late: AtomicBool::new(false),
             interrupted: AtomicBool::new(false),
+            work: AtomicU64::new(0),
+            work_limit,
+        }
+    }
+
+    /// Counts work done by the proof; beyond the limit it ends as if time were up.
+    pub(super) fn worked(&self, amount: u64) {
+        if self.work.fetch_add(amount, Ordering::Relaxed) + amount > self.work_limit {
+            self.late.store(true, Ordering::Relaxed);
         }
     }
 

@@ -5,6 +5,7 @@ mod coefficients;
 mod distance;
 mod eigen;
 mod eigen_jacobi;
+mod eigen_krylov;
 mod fourier;
 mod kernel;
 mod max_flow;

@@ -6,7 +6,7 @@ use super::segment::segment;
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
 use crate::image::Picture;
-use crate::image_pca::GreyImage;
+use crate::image_pca::{Changes, GreyImage};
 use crate::keys::KeySettings;
 use crate::shot::{
     Freshness, KeyImage, Method, PhaseTable, Projections, Reads, Shot, Stage, StoredComponent,
@@ -94,11 +94,11 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
         writer.put(paths::CYCLE, phase.cycle_csv().as_bytes())?;
     }
     writer.put(paths::DIAGNOSIS, &json(&diagnosis)?)?;
-    let good = found.analysed_masks();
-    writer.put("analysis/mean.png", &grey(&found.pca.mean_image(&good))?)?;
+    let images = found.pca.images(&Changes::of(&found.analysed_masks())?);
+    writer.put("analysis/mean.png", &grey(&images.mean)?)?;
     for c in 0..found.pca.eigenvalues.len().min(DRAWN_COMPONENTS) {
         for (sign, deviations) in [("minus", -DRAWN_DEVIATIONS), ("plus", DRAWN_DEVIATIONS)] {
-            let image = found.pca.eigen_image(&good, c, deviations);
+            let image = images.along(c, deviations);
             writer.put(&format!("analysis/component_{}_{sign}.png", c + 1), &grey(&image)?)?;
         }
     }
