@@ -8,6 +8,7 @@
 //! What is odd about the footage but no reason to stop (gaps in the numbering, files left out, a
 //! variable frame rate) comes as a list of [`Finding`]s.
 
+mod ahead;
 mod chosen;
 mod complete;
 mod decode;
@@ -25,6 +26,7 @@ mod tiff_float;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+pub use ahead::read_ahead;
 pub use decode::{MAX_PIXELS, MAX_SIDE_PX};
 pub use ffmpeg::{Ffmpeg, VideoInfo};
 pub use finding::Finding;

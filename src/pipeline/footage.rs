@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::Options;
 use super::segment::{Work, stroke_radius};
 use crate::error::{Error, Result};
-use crate::frames::FrameSource;
 use crate::frames::strokes::{self, Said};
+use crate::frames::{FrameSource, read_ahead};
 use crate::image::{Picture, Rectangle};
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -20,8 +20,10 @@ use crate::silhouette::{
     report_of_corrected_mask,
 };
 
-/// Pictures that are outlined side by side: bounds the pixels in memory.
+/// Pictures that are worked on side by side, and those decoded meanwhile: bounds the pixels in
+/// memory.
 const BATCH: usize = 8;
+const AHEAD: usize = 4;
 
 /// The masks that a person repainted, by their files. Forced work overwrites them, so they say
 /// nothing then.
@@ -52,20 +54,22 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
     loop {
         let start = observed;
         while observed < start + STRETCH_FRAMES {
-            let Some(picture) = seen.next_frame()? else { break };
+            let pictures =
+                next_pictures(seen.as_mut(), BATCH.min(start + STRETCH_FRAMES - observed))?;
+            let Some(first) = pictures.first() else { break };
             let segmenter = match &mut segmenter {
                 Some(segmenter) => segmenter,
                 none => none.insert(ClipSegmenter::new(
-                    &picture,
+                    first,
                     rectangles.0,
                     rectangles.1,
                     shot.fps(),
                     &shot.settings.silhouette,
-                    labels(shot, corrected, (picture.width(), picture.height()))?,
+                    labels(shot, corrected, (first.width(), first.height()))?,
                 )?),
             };
-            segmenter.observe(&picture);
-            observed += 1;
+            segmenter.observe(&pictures);
+            observed += pictures.len();
             // Every frame is read twice.
             work.step((start + observed) / 2)?;
         }
@@ -126,19 +130,18 @@ fn outline(
 ) -> Result<()> {
     let mut next = stretch.start;
     while next < stretch.end {
-        let mut pictures: Vec<(usize, Picture)> = Vec::with_capacity(BATCH);
-        while pictures.len() < BATCH && next < stretch.end {
-            // A source that ends sooner the second time was changed meanwhile.
-            let Some(picture) = footage.next_frame()? else {
-                return Err(Error::SourceChanged { frame: next });
-            };
-            pictures.push((next, picture));
-            next += 1;
+        let wanted = BATCH.min(stretch.end - next);
+        let pictures = next_pictures(footage, wanted)?;
+        if pictures.len() < wanted {
+            // It ended sooner the second time, so it was changed meanwhile.
+            return Err(Error::SourceChanged { frame: next + pictures.len() });
         }
         let outlined: Vec<(Mask, FrameReport)> = pictures
             .par_iter()
-            .map_init(GridCut::new, |cut, (t, picture)| segmenter.outline(*t, picture, cut))
+            .enumerate()
+            .map_init(GridCut::new, |cut, (at, picture)| segmenter.outline(next + at, picture, cut))
             .collect();
+        next += wanted;
         for (mask, report) in outlined {
             work.store(&mask, report)?;
         }
@@ -148,7 +151,23 @@ fn outline(
 }
 
 fn open(shot: &Shot) -> Result<Box<dyn FrameSource>> {
-    shot.footage()?.ok_or_else(|| Error::NoSource { folder: shot.folder().to_owned() })
+    let shot = shot.clone();
+    let footage = move || {
+        let footage = shot.footage()?;
+        footage.ok_or_else(|| Error::NoSource { folder: shot.folder().to_owned() })
+    };
+    // With one thread there is none to read ahead with.
+    if rayon::current_num_threads() > 1 { read_ahead(footage, AHEAD) } else { footage() }
+}
+
+/// Up to `wanted` more pictures, fewer at the source's end.
+fn next_pictures(footage: &mut dyn FrameSource, wanted: usize) -> Result<Vec<Picture>> {
+    let mut pictures = Vec::with_capacity(wanted);
+    while pictures.len() < wanted {
+        let Some(picture) = footage.next_frame()? else { break };
+        pictures.push(picture);
+    }
+    Ok(pictures)
 }
 
 fn rectangles(shot: &Shot) -> Result<(Rectangle, Rectangle)> {

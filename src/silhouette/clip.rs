@@ -100,8 +100,8 @@ impl ClipSegmenter {
         })
     }
 
-    /// Takes in the next picture of a stretch. The first picture after a draft begins the next one.
-    pub fn observe(&mut self, picture: &Picture) {
+    /// Takes in the next pictures of a stretch. The first after a draft begin the next one.
+    pub fn observe(&mut self, pictures: &[Picture]) {
         if self.drafted.take().is_some() {
             self.base = None;
             self.first += self.frames.len();
@@ -109,10 +109,17 @@ impl ClipSegmenter {
             self.frames.clear();
             self.guesses.clear();
         }
-        let small = sized(picture, self.sketch);
-        let (mask, _) = self.guess.push(&small);
-        self.guesses.push(mask);
-        self.frames.push(LabImage::of(&small));
+        let small = |picture| {
+            let small = sized(picture, self.sketch);
+            let lab = LabImage::of(&small);
+            (small, lab)
+        };
+        let small: Vec<(Cow<'_, Picture>, LabImage)> = pictures.par_iter().map(small).collect();
+        for (picture, lab) in small {
+            let (mask, _) = self.guess.push(&picture);
+            self.guesses.push(mask);
+            self.frames.push(lab);
+        }
     }
 
     /// Replaces what a person said; the next [`draft`](Self::draft) goes by it.
@@ -187,9 +194,9 @@ impl ClipSegmenter {
             let report = report_of_mask(t, &mask);
             return (mask, report);
         };
-        let image = LabImage::of(&sized(picture, self.fine));
         let fine_labels = labels.map(|l| l.resized(self.fine));
-        let (mask, confidence) = outline(&image, draft, cues, fine_labels.as_ref(), cut);
+        let picture = sized(picture, self.fine);
+        let (mask, confidence) = outline(&picture, draft, cues, fine_labels.as_ref(), cut);
         let mut mask = enlarged(&mask, self.size);
         if let Some(labels) = labels {
             mask = labels.applied_to(&mask);

@@ -14,12 +14,13 @@ use rayon::prelude::*;
 
 use super::correction::Labels;
 use super::cues::{Cues, Lessons};
-use super::expected::{animal, bytes, filled, repaired};
-use super::field::{Known, least_cost};
+use super::expected::{animal, filled, repaired};
+use super::field::{Fall, Known, least_cost};
 use super::frame_report::CARRIED_FRAMES;
-use super::lab_image::LabImage;
+use super::lab_image::{LabImage, Region};
 use super::location::location_odds;
-use super::plate::{PlateDistances, Region, compared_frames, plate_distances};
+use super::plate::{PlateDistances, compared_frames, plate_distances};
+use super::warp::Source;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
 
@@ -218,15 +219,16 @@ impl Clip {
     ) -> Vec<PlateDistances> {
         let radius = if first { EXCLUDED_AT_FIRST_PX } else { EXCLUDED_PX };
         let reach = if first { REACH_AT_FIRST } else { REACH };
-        let excluded: Vec<Vec<u8>> =
-            masks.par_iter().map(|mask| bytes(&mask.dilated(radius))).collect();
+        let sources: Vec<Source> = (self.frames.par_iter().zip(masks))
+            .map(|(frame, mask)| Source::of(frame, &mask.dilated(radius)))
+            .collect();
         let n = self.frames.len();
         at.par_iter()
             .map(|&t| {
                 let back = self.from_first[t].try_inverse();
                 let others = compared_frames(t, n, self.fps).into_iter().filter_map(|s| {
                     let to_other = self.from_first[s] * back?;
-                    Some((&self.frames[s], excluded[s].as_slice(), to_other))
+                    Some((&sources[s], to_other))
                 });
                 plate_distances(&self.frames[t], region(&masks[t], reach), others)
             })
@@ -290,7 +292,7 @@ impl Clip {
         if let Some(labels) = self.labels.get(&t).filter(|_| carried.is_some()) {
             labels.mark(&mut known);
         }
-        least_cost(image, &odds, &known, cut)
+        least_cost(image, &Fall::of(image), &odds, &known, cut)
     }
 }
 

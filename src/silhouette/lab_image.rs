@@ -16,6 +16,29 @@ const CURVE_STEPS: usize = 8192;
 /// by 128.
 pub(super) const LIGHTNESS_STEPS: f32 = 2.0;
 
+/// Rectangle of pixels: columns `left..right` of rows `top..bottom`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Region {
+    pub(super) left: usize,
+    pub(super) top: usize,
+    pub(super) right: usize,
+    pub(super) bottom: usize,
+}
+
+impl Region {
+    pub(super) fn width(self) -> usize {
+        self.right - self.left
+    }
+
+    pub(super) fn height(self) -> usize {
+        self.bottom - self.top
+    }
+
+    pub(super) fn pixels(self) -> usize {
+        self.width() * self.height()
+    }
+}
+
 /// Three planes of bytes: 2 L*, a* + 128, b* + 128.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct LabImage {
@@ -27,14 +50,26 @@ pub(super) struct LabImage {
 impl LabImage {
     /// The picture, pixel for pixel.
     pub(super) fn of(picture: &Picture) -> Self {
-        let pixels = picture.width() * picture.height();
-        let mut planes = [vec![0; pixels], vec![0; pixels], vec![0; pixels]];
+        let (right, bottom) = (picture.width(), picture.height());
+        Self::of_region(picture, Region { left: 0, top: 0, right, bottom })
+    }
+
+    /// The pixels of a region.
+    pub(super) fn of_region(picture: &Picture, region: Region) -> Self {
+        let mut planes = std::array::from_fn(|_| Vec::with_capacity(region.pixels()));
         let [l, a, b] = &mut planes;
         let curves = &*CURVES;
-        for (((rgb, l), a), b) in picture.rgb().chunks_exact(3).zip(l).zip(a).zip(b) {
-            [*l, *a, *b] = curves.lab([rgb[0], rgb[1], rgb[2]]);
+        for y in region.top..region.bottom {
+            let row = 3 * y * picture.width();
+            for rgb in picture.rgb()[row + 3 * region.left..row + 3 * region.right].chunks_exact(3)
+            {
+                let lab = curves.lab([rgb[0], rgb[1], rgb[2]]);
+                l.push(lab[0]);
+                a.push(lab[1]);
+                b.push(lab[2]);
+            }
         }
-        Self { width: picture.width(), height: picture.height(), planes }
+        Self { width: region.width(), height: region.height(), planes }
     }
 
     /// A picture of the given planes, each `width * height` bytes.
@@ -53,6 +88,19 @@ impl LabImage {
 
     pub(super) fn planes(&self) -> &[Vec<u8>; 3] {
         &self.planes
+    }
+
+    /// The pixels of a region.
+    pub(super) fn cropped(&self, region: Region) -> Self {
+        let planes = std::array::from_fn(|c| {
+            let mut plane = Vec::with_capacity(region.pixels());
+            for y in region.top..region.bottom {
+                let row = y * self.width;
+                plane.extend_from_slice(&self.planes[c][row + region.left..row + region.right]);
+            }
+            plane
+        });
+        Self::from_planes(region.width(), region.height(), planes)
     }
 
     pub(super) fn at(&self, index: usize) -> [u8; 3] {

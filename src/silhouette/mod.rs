@@ -13,12 +13,14 @@ mod expected;
 mod field;
 mod frame_report;
 mod lab_image;
+mod likeness;
 mod location;
 mod outline;
 mod plate;
 mod scale_trend;
 mod segmenter;
 mod track;
+mod warp;
 mod window;
 
 pub use area_jumps::{area_jumps, flag_area_jumps};

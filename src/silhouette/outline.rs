@@ -4,9 +4,10 @@ use super::correction::Labels;
 use super::cues::Cues;
 use super::drafts::Draft;
 use super::expected::animal;
-use super::field::{Known, least_cost};
-use super::lab_image::LabImage;
+use super::field::{Fall, Known, least_cost};
+use super::lab_image::{LabImage, Region};
 use super::location::distances;
+use crate::image::Picture;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
 
@@ -17,89 +18,147 @@ const BAND_PX: f32 = 5.0;
 /// root of the silhouette's area.
 const ASKED: f32 = 0.12;
 
-/// The outline of a frame at the size of `image`, from its draft, and how sure it is: 2p − 1, with p
+/// The outline of a frame at the size of `picture`, from its draft, and how sure it is: 2p − 1, with p
 /// the mean probability, over a strip along the outline, that colour and plate give to the labels
 /// the pixels got. 0 is a guess, 1 is certain.
 pub(super) fn outline(
-    image: &LabImage,
+    picture: &Picture,
     draft: &Draft,
     cues: &Cues,
     labels: Option<&Labels>,
     cut: &mut GridCut,
 ) -> (Mask, f64) {
-    let (w, h) = (image.width(), image.height());
-    if draft.mask.is_empty() {
-        return (Mask::new(w, h), 0.0);
-    }
-    let (sw, sh) = (draft.mask.width(), draft.mask.height());
-    let to_draft = Scale::new((w, h), (sw, sh));
-    let signed: Vec<f32> = distances(&draft.mask)
-        .iter()
-        .zip(distances(&draft.mask.not()))
-        .map(|(outside, inside)| outside - inside)
-        .collect();
-    let length = (draft.mask.area() as f32).sqrt();
-    let asked = (ASKED * length).max(BAND_PX);
-    let plate: Vec<f32> =
-        (0..sw * sh).map(|at| cues.plate_odds(&draft.plate, at % sw, at / sw)).collect();
-    let colour: Vec<f32> = (0..w * h)
-        .map(|at| {
-            cues.colour_odds(
-                image.at(at),
-                to_draft.sample(&plate, at % w, at / w),
-                draft.plate.colour(at % w * sw / w, at / w * sh / h),
-            )
-        })
-        .collect();
-    let colour = blurred(&colour, w, h);
-    let mut seen = vec![0.0; w * h];
+    let size = (picture.width(), picture.height());
+    let Some(part) = Part::of(size, draft, labels) else {
+        return (Mask::new(size.0, size.1), 0.0);
+    };
+    let r = part.region;
+    let (w, h) = (r.width(), r.height());
+    let near = LabImage::of_region(picture, r);
+    let seen = part.seen(&near, draft, cues);
     let mut odds = vec![0.0; w * h];
     let mut known = vec![Known::Background; w * h];
-    for y in 0..h {
-        for x in 0..w {
-            let at = y * w + x;
-            let distance = to_draft.sample(&signed, x, y);
-            if distance.abs() > asked {
-                if distance < 0.0 {
-                    known[at] = Known::Animal;
-                }
-                continue;
-            }
-            seen[at] = colour[at] + to_draft.sample(&plate, x, y);
-            if distance.abs() <= BAND_PX {
-                known[at] = Known::Free;
-                let location = if distance > 0.0 {
-                    -(3.0 * distance / length).min(3.0)
-                } else {
-                    (-20.0 * distance / length).min(1.0)
-                };
-                odds[at] = seen[at] + location;
-            } else if distance < 0.0 {
-                known[at] = Known::Animal;
-            }
+    for (at, &distance) in part.signed.iter().enumerate() {
+        if distance.abs() <= BAND_PX {
+            known[at] = Known::Free;
+            odds[at] = seen[at] + part.location(distance);
+        } else if distance < 0.0 {
+            known[at] = Known::Animal;
         }
     }
+    let window = |mask: &Mask| mask.window(r.left as i64, r.top as i64, w, h);
     if let Some(labels) = labels {
+        let labels =
+            Labels { animal: window(&labels.animal), background: window(&labels.background) };
         labels.mark(&mut known);
     }
-    let found = least_cost(image, &odds, &known, cut);
-    let expected = Mask::from_fn(w, h, |x, y| to_draft.sample(&signed, x, y) <= 0.0);
+    let found = least_cost(&near, &Fall::of(&near), &odds, &known, cut);
+    let expected = Mask::from_fn(w, h, |x, y| part.signed[y * w + x] <= 0.0);
     // Pieces that a correction brought are in the draft.
     let corrected = draft.carried.as_ref().map(|_| &expected);
     let mask = animal(&found, &expected, corrected);
-    let (mut sum, mut asked_pixels) = (0.0, 0_usize);
-    for y in 0..h {
-        for x in 0..w {
-            let at = y * w + x;
-            if to_draft.sample(&signed, x, y).abs() <= asked {
-                let sign = if mask.get(x, y) { 1.0 } else { -1.0 };
-                sum += 1.0 / (1.0 + f64::from(-sign * seen[at]).exp());
-                asked_pixels += 1;
+    let confidence = part.confidence(&mask, &seen);
+    (mask.window(-(r.left as i64), -(r.top as i64), size.0, size.1), confidence)
+}
+
+/// The part of a picture that its outline can lie in, and the strip along it that is asked.
+struct Part {
+    region: Region,
+    scale: Scale,
+    /// Distance of each pixel of the part from the draft's outline, pixels of the sketch; negative
+    /// inside.
+    signed: Vec<f32>,
+    /// Root of the draft's area, and half the width of the strip, pixels of the sketch.
+    length: f32,
+    asked: f32,
+}
+
+impl Part {
+    /// `None` for an empty draft.
+    fn of(size: (usize, usize), draft: &Draft, labels: Option<&Labels>) -> Option<Self> {
+        let bounds = draft.mask.bounds()?;
+        let small = (draft.mask.width(), draft.mask.height());
+        let length = (draft.mask.area() as f32).sqrt();
+        let asked = (ASKED * length).max(BAND_PX);
+        let margin = asked.ceil() as usize + 2;
+        let low = |at: usize, small: usize, large: usize| at.saturating_sub(margin) * large / small;
+        let high = |at: usize, small: usize, large: usize| {
+            ((at + 1 + margin) * large).div_ceil(small).min(large)
+        };
+        let mut region = Region {
+            left: low(bounds.left, small.0, size.0),
+            top: low(bounds.top, small.1, size.1),
+            right: high(bounds.right, small.0, size.0),
+            bottom: high(bounds.bottom, small.1, size.1),
+        };
+        if let Some(said) = labels.and_then(|l| l.animal.bounds()) {
+            region.left = region.left.min(said.left);
+            region.top = region.top.min(said.top);
+            region.right = region.right.max(said.right + 1);
+            region.bottom = region.bottom.max(said.bottom + 1);
+        }
+        let signed: Vec<f32> = distances(&draft.mask)
+            .iter()
+            .zip(distances(&draft.mask.not()))
+            .map(|(outside, inside)| outside - inside)
+            .collect();
+        let scale = Scale::new(size, small);
+        let signed = scale.sampled(&signed, region);
+        Some(Self { region, scale, signed, length, asked })
+    }
+
+    /// What colour and plate say of the pixels of the strip, log odds; 0 elsewhere.
+    fn seen(&self, near: &LabImage, draft: &Draft, cues: &Cues) -> Vec<f32> {
+        let r = self.region;
+        let (w, h) = (r.width(), r.height());
+        let (sw, sh) = (draft.mask.width(), draft.mask.height());
+        let plate: Vec<f32> =
+            (0..sw * sh).map(|at| cues.plate_odds(&draft.plate, at % sw, at / sw)).collect();
+        let plate = self.scale.sampled(&plate, r);
+        // Where the colours behind are known is coarser.
+        let columns: Vec<usize> =
+            (r.left..r.right).map(|x| x * sw / self.scale.columns.len()).collect();
+        let mut colour = vec![0.0; w * h];
+        for y in 0..h {
+            let behind_row = (y + r.top) * sh / self.scale.rows.len();
+            for (x, &behind_column) in columns.iter().enumerate() {
+                let at = y * w + x;
+                // One more than asked, for the blur.
+                if self.signed[at].abs() <= self.asked + 1.5 {
+                    let behind = draft.plate.colour(behind_column, behind_row);
+                    colour[at] = cues.colour_odds(near.at(at), plate[at], behind);
+                }
             }
         }
+        let mut seen = blurred(&colour, w, h);
+        for ((seen, plate), distance) in seen.iter_mut().zip(&plate).zip(&self.signed) {
+            *seen = if distance.abs() <= self.asked { *seen + plate } else { 0.0 };
+        }
+        seen
     }
-    let mean = if asked_pixels == 0 { 0.5 } else { sum / asked_pixels as f64 };
-    (mask, (2.0 * mean - 1.0).clamp(0.0, 1.0))
+
+    /// Log odds of the place at a distance from the draft's outline.
+    fn location(&self, distance: f32) -> f32 {
+        if distance > 0.0 {
+            -(3.0 * distance / self.length).min(3.0)
+        } else {
+            (-20.0 * distance / self.length).min(1.0)
+        }
+    }
+
+    fn confidence(&self, mask: &Mask, seen: &[f32]) -> f64 {
+        let w = mask.width();
+        let (mut sum, mut pixels) = (0.0, 0_usize);
+        for (at, seen) in seen.iter().enumerate() {
+            if self.signed[at].abs() <= self.asked {
+                let sign = if mask.get(at % w, at / w) { 1.0 } else { -1.0 };
+                sum += 1.0 / (1.0 + f64::from(-sign * seen).exp());
+                pixels += 1;
+            }
+        }
+        let mean = if pixels == 0 { 0.5 } else { sum / pixels as f64 };
+        (2.0 * mean - 1.0).clamp(0.0, 1.0)
+    }
 }
 
 /// Mean over 3 × 3 pixels, those past the border left out.
@@ -143,6 +202,15 @@ impl Scale {
                 .collect()
         };
         Self { small, columns: axis(large.0, small.0), rows: axis(large.1, small.1) }
+    }
+
+    /// The values at the pixels of a part of the larger grid, row by row.
+    fn sampled(&self, values: &[f32], region: Region) -> Vec<f32> {
+        let mut all = Vec::with_capacity(region.pixels());
+        for y in region.top..region.bottom {
+            all.extend((region.left..region.right).map(|x| self.sample(values, x, y)));
+        }
+        all
     }
 
     /// Bilinear between the pixels' centres.

@@ -70,9 +70,7 @@ impl Clip {
         let settings = Settings::default();
         let mut segmenter =
             ClipSegmenter::new(&pictures[0], f, b, 24.0, &settings, BTreeMap::new()).unwrap();
-        for picture in &pictures {
-            segmenter.observe(picture);
-        }
+        segmenter.observe(&pictures);
         Self { pictures, truth, segmenter }
     }
 
