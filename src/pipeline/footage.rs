@@ -100,22 +100,28 @@ fn by_colour(
 ) -> Result<()> {
     let settings = &shot.settings.silhouette;
     let mut started: Option<(Segmenter, BTreeMap<usize, Labels>)> = None;
-    while let Some(picture) = footage.next_frame()? {
+    loop {
+        let pictures = next_pictures(footage.as_mut(), BATCH)?;
+        let Some(first) = pictures.first() else { break };
         let (segmenter, labels) = match &mut started {
             Some(started) => started,
             none => none.insert((
-                Segmenter::new(&picture, rectangles.0, rectangles.1, settings)?,
-                labels(shot, corrected, (picture.width(), picture.height()))?,
+                Segmenter::new(first, rectangles.0, rectangles.1, settings)?,
+                labels(shot, corrected, (first.width(), first.height()))?,
             )),
         };
-        let frame = work.reports.len();
-        let (mut mask, mut report) = segmenter.push(&picture);
-        if let Some(labels) = labels.get(&frame) {
-            mask = labels.applied_to(&mask);
-            report = report_of_corrected_mask(frame, &mask);
+        let candidates: Vec<Mask> =
+            pictures.par_iter().map(|picture| segmenter.candidates(picture)).collect();
+        for candidates in &candidates {
+            let frame = work.reports.len();
+            let (mut mask, mut report) = segmenter.follow(candidates);
+            if let Some(labels) = labels.get(&frame) {
+                mask = labels.applied_to(&mask);
+                report = report_of_corrected_mask(frame, &mask);
+            }
+            work.store(&mask.to_png()?, report)?;
+            work.step(frame + 1)?;
         }
-        work.store(&mask, report)?;
-        work.step(frame + 1)?;
     }
     flag_area_jumps(&mut work.reports);
     Ok(())
@@ -136,14 +142,17 @@ fn outline(
             // It ended sooner the second time, so it was changed meanwhile.
             return Err(Error::SourceChanged { frame: next + pictures.len() });
         }
-        let outlined: Vec<(Mask, FrameReport)> = pictures
+        let outlined: Vec<(Vec<u8>, FrameReport)> = pictures
             .par_iter()
             .enumerate()
-            .map_init(GridCut::new, |cut, (at, picture)| segmenter.outline(next + at, picture, cut))
-            .collect();
+            .map_init(GridCut::new, |cut, (at, picture)| {
+                let (mask, report) = segmenter.outline(next + at, picture, cut);
+                Ok((mask.to_png()?, report))
+            })
+            .collect::<Result<_>>()?;
         next += wanted;
-        for (mask, report) in outlined {
-            work.store(&mask, report)?;
+        for (png, report) in outlined {
+            work.store(&png, report)?;
         }
         work.step((stretch.end + next).div_ceil(2))?;
     }

@@ -141,13 +141,13 @@ pub(super) struct Work<'a> {
 impl Work<'_> {
     /// Takes in the mask of the next frame.
     fn put(&mut self, mask: &Mask, report: FrameReport) -> Result<()> {
-        self.store(mask, report)?;
+        self.store(&mask.to_png()?, report)?;
         self.step(self.reports.len())
     }
 
-    /// The same without telling the progress.
-    pub(super) fn store(&mut self, mask: &Mask, report: FrameReport) -> Result<()> {
-        self.writer.put(&paths::mask(self.reports.len()), &mask.to_png()?)?;
+    /// The same of a mask that is encoded already, without telling the progress.
+    pub(super) fn store(&mut self, png: &[u8], report: FrameReport) -> Result<()> {
+        self.writer.put(&paths::mask(self.reports.len()), png)?;
         self.reports.push(report);
         Ok(())
     }

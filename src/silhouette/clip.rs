@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -58,8 +59,8 @@ pub struct ClipSegmenter {
     /// The last frame of the stretch before, which the camera is followed from.
     before: Option<(LabImage, Mask)>,
     /// The drafts without corrections, and with the corrections.
-    base: Option<Drafted>,
-    drafted: Option<Drafted>,
+    base: Option<Arc<Drafted>>,
+    drafted: Option<Arc<Drafted>>,
     /// The stretch's camera, pixels of the sketch, and the whole clip's, pixels of the footage.
     path: CameraPath,
     camera: CameraPath,
@@ -109,14 +110,13 @@ impl ClipSegmenter {
             self.frames.clear();
             self.guesses.clear();
         }
-        let small = |picture| {
+        let look = |picture| {
             let small = sized(picture, self.sketch);
-            let lab = LabImage::of(&small);
-            (small, lab)
+            (self.guess.candidates(&small), LabImage::of(&small))
         };
-        let small: Vec<(Cow<'_, Picture>, LabImage)> = pictures.par_iter().map(small).collect();
-        for (picture, lab) in small {
-            let (mask, _) = self.guess.push(&picture);
+        let seen: Vec<(Mask, LabImage)> = pictures.par_iter().map(look).collect();
+        for (candidates, lab) in seen {
+            let (mask, _) = self.guess.follow(&candidates);
             self.guesses.push(mask);
             self.frames.push(lab);
         }
@@ -160,7 +160,7 @@ impl ClipSegmenter {
         if fresh {
             // Nothing to learn from: no frame has an outline.
             let nothing = Drafted { frames: Vec::new(), cues: Vec::new() };
-            self.base = Some(clip.base(&self.guesses, &told).unwrap_or(nothing));
+            self.base = Some(Arc::new(clip.base(&self.guesses, &told).unwrap_or(nothing)));
         }
         self.drafted = self.base.as_ref().and_then(|base| clip.corrected(base, &told));
         self.frames = clip.frames;

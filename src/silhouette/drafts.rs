@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -110,12 +111,15 @@ impl Clip {
     /// The base drafts worked over with the corrections; `None` when stopped.
     pub(super) fn corrected(
         &self,
-        base: &Drafted,
+        base: &Arc<Drafted>,
         step: &dyn Fn(usize, usize) -> bool,
-    ) -> Option<Drafted> {
+    ) -> Option<Arc<Drafted>> {
         let spans = self.spans();
         let parts = spans.len();
-        let mut drafted = base.clone();
+        if parts == 0 {
+            return Some(Arc::clone(base));
+        }
+        let mut drafted = Drafted::clone(base);
         let masks = repaired(filled(
             &self.from_first,
             base.frames.iter().map(|d| d.mask.clone()).collect(),
@@ -126,7 +130,7 @@ impl Clip {
             }
             self.correct(&mut drafted, &masks, span, &truths);
         }
-        Some(drafted)
+        Some(Arc::new(drafted))
     }
 
     /// The stretches between corrected frames, each with the corrections at its ends, which it
@@ -172,7 +176,7 @@ impl Clip {
     ) -> Option<(Vec<Draft>, Cues)> {
         let mut looked_at: Vec<usize> = span.clone().collect();
         looked_at.extend(truths.iter().filter(|t| !span.contains(t)));
-        let plates: BTreeMap<usize, PlateDistances> = looked_at
+        let mut plates: BTreeMap<usize, PlateDistances> = looked_at
             .iter()
             .copied()
             .zip(self.compare_with_plates(&looked_at, masks, first))
@@ -206,7 +210,8 @@ impl Clip {
             };
             let mask = animal(&found, &expected, carried.as_ref().map(|(mask, _)| mask));
             last = Some(mask.clone());
-            drafts.push(Draft { mask, plate: plates[&t].clone(), cues: 0, carried });
+            let plate = plates.remove(&t)?;
+            drafts.push(Draft { mask, plate, cues: 0, carried });
         }
         Some((drafts, cues))
     }
@@ -226,7 +231,7 @@ impl Clip {
         at.par_iter()
             .map(|&t| {
                 let back = self.from_first[t].try_inverse();
-                let others = compared_frames(t, n, self.fps).into_iter().filter_map(|s| {
+                let others = compared_frames(t, n, self.fps, first).into_iter().filter_map(|s| {
                     let to_other = self.from_first[s] * back?;
                     Some((&sources[s], to_other))
                 });

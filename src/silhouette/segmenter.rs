@@ -120,9 +120,16 @@ impl Segmenter {
         &self.models
     }
 
-    /// The silhouette of the next picture.
-    pub fn push(&mut self, picture: &Picture) -> (Mask, FrameReport) {
-        let (mask, found_any) = self.animal(&cleaned(&self.models.classify(picture), &self.clean));
+    /// What has the animal's colours in a picture, cleaned: the part of the work that is done for
+    /// several pictures side by side.
+    #[must_use]
+    pub fn candidates(&self, picture: &Picture) -> Mask {
+        cleaned(&self.models.classify(picture), &self.clean)
+    }
+
+    /// The silhouette of the next picture, from its [`candidates`](Self::candidates).
+    pub fn follow(&mut self, candidates: &Mask) -> (Mask, FrameReport) {
+        let (mask, found_any) = self.animal(candidates);
         let frame = self.frame;
         self.frame += 1;
         let mut report = report_of_mask(frame, &mask);
