@@ -28,10 +28,18 @@ def waited(command):
     """Seconds and peak MiB of a command."""
     start = time.perf_counter()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    if status:
+    most = 0
+    # Not ru_maxrss: a child inherits its parent's.
+    while process.poll() is None:
+        try:
+            status = open(f"/proc/{process.pid}/status").read()
+            most = max([most] + [int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")])
+        except (OSError, ValueError):
+            pass
+        time.sleep(0.01)
+    if process.returncode:
         sys.exit("failed: " + " ".join(command))
-    return time.perf_counter() - start, usage.ru_maxrss / 1024
+    return time.perf_counter() - start, most / 1024
 
 
 def scaled(rectangle, x, y):

@@ -38,6 +38,11 @@ pub enum Finding {
         /// The constant rate it is read at, frames a second.
         fps: f64,
     },
+    /// The frames of a video are two fields each, taken one after the other: they are deinterlaced.
+    Interlaced {
+        /// The file.
+        path: PathBuf,
+    },
     /// The pixels of a video are not square; they are read as stored, so the picture looks
     /// squeezed.
     NonSquarePixels {
@@ -76,6 +81,9 @@ impl fmt::Display for Finding {
                 "{}: the frame rate varies; read at a constant {fps:.3} frames a second",
                 path.display()
             ),
+            Finding::Interlaced { path } => {
+                write!(f, "{}: interlaced; read deinterlaced, one picture a frame", path.display())
+            }
             Finding::NonSquarePixels { path, aspect } => write!(
                 f,
                 "{}: pixels are {aspect:.3} times as wide as high; read as stored",

@@ -17,7 +17,7 @@ use crate::numeric::GridCut;
 use crate::shot::{CameraTable, Shot, Stage, paths, read};
 use crate::silhouette::{
     ClipSegmenter, FrameReport, Labels, Method, STRETCH_FRAMES, Segmenter, flag_area_jumps,
-    report_of_corrected_mask,
+    flag_occlusions, report_of_corrected_mask,
 };
 
 /// Pictures that are worked on side by side, and those decoded meanwhile: bounds the pixels in
@@ -81,6 +81,7 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
         outline(segmenter, again.as_mut(), start..observed, work)?;
     }
     // Masks from a person are not doubted; the segmenter's own may have slipped for some frames.
+    flag_occlusions(&mut work.reports);
     flag_area_jumps(&mut work.reports);
     if let Some(segmenter) = segmenter {
         let table = CameraTable { path: segmenter.camera().clone() };
@@ -123,6 +124,7 @@ fn by_colour(
             work.step(frame + 1)?;
         }
     }
+    flag_occlusions(&mut work.reports);
     flag_area_jumps(&mut work.reports);
     Ok(())
 }

@@ -100,10 +100,13 @@ impl Clip {
             if !step(round, ROUNDS) {
                 return None;
             }
-            let (found, cues) = self.round(0..masks.len(), &masks, &[], round == 0)?;
-            masks =
-                repaired(filled(&self.from_first, found.iter().map(|d| d.mask.clone()).collect()));
-            drafted = Some(Drafted { frames: found, cues: vec![cues] });
+            let (frames, cues) = self.round(0..masks.len(), &masks, &[], round == 0)?;
+            if round + 1 == ROUNDS {
+                drafted = Some(Drafted { frames, cues: vec![cues] });
+            } else {
+                let found = frames.into_iter().map(|d| d.mask).collect();
+                masks = repaired(filled(&self.from_first, found));
+            }
         }
         drafted
     }
@@ -179,7 +182,7 @@ impl Clip {
         let mut plates: BTreeMap<usize, PlateDistances> = looked_at
             .iter()
             .copied()
-            .zip(self.compare_with_plates(&looked_at, masks, first))
+            .zip(self.compare_with_plates(&looked_at, masks, first, !truths.is_empty()))
             .collect();
         let cues = Cues::learnt(&Lessons {
             frames: &self.frames,
@@ -221,6 +224,7 @@ impl Clip {
         at: &[usize],
         masks: &[Mask],
         first: bool,
+        behind: bool,
     ) -> Vec<PlateDistances> {
         let radius = if first { EXCLUDED_AT_FIRST_PX } else { EXCLUDED_PX };
         let reach = if first { REACH_AT_FIRST } else { REACH };
@@ -235,7 +239,7 @@ impl Clip {
                     let to_other = self.from_first[s] * back?;
                     Some((&sources[s], to_other))
                 });
-                plate_distances(&self.frames[t], region(&masks[t], reach), others)
+                plate_distances(&self.frames[t], region(&masks[t], reach), others, behind)
             })
             .collect()
     }

@@ -22,7 +22,10 @@ pub enum Flag {
     Lost,
     /// The silhouette reaches the picture's border: a part may be outside.
     AtBorder,
-    /// Something in front of the animal, or another one of its kind, covers a part of it.
+    /// The area is far under the usual one for a while: something in front of the animal, or another
+    /// one of its kind, covers a part of it ([`flag_occlusions`]).
+    ///
+    /// [`flag_occlusions`]: super::flag_occlusions
     Occluded,
     /// The outline is hardly more than a guess.
     LowConfidence,
@@ -77,7 +80,7 @@ impl Flag {
             Flag::Empty => "nothing of the animal was seen",
             Flag::Lost => "the animal was lost",
             Flag::AtBorder => "the silhouette reaches the picture's border",
-            Flag::Occluded => "something covers a part of the animal",
+            Flag::Occluded => "a part of the animal is missing for a while, as if covered",
             Flag::LowConfidence => "the outline is uncertain",
             Flag::AreaJump => "the area jumps against the frames around",
             Flag::SeveralPieces => "the silhouette is in several pieces",

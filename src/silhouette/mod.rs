@@ -15,6 +15,7 @@ mod frame_report;
 mod lab_image;
 mod likeness;
 mod location;
+mod occlusions;
 mod outline;
 mod plate;
 mod scale_trend;
@@ -30,6 +31,7 @@ pub use correction::Labels;
 pub use frame_report::{
     Flag, Flags, FrameReport, least_sure, report_of_corrected_mask, report_of_mask,
 };
+pub use occlusions::flag_occlusions;
 pub use scale_trend::{ScaleTrend, TrendRemoval};
 pub use segmenter::{CleanSettings, Method, Segmenter, Settings};
 pub use track::GateSettings;

@@ -40,7 +40,14 @@ pub(super) struct PlateDistances {
     /// Half units of L*a*b* distance up to 254 from what shows the background; [`UNKNOWN`] where no
     /// frame does.
     shown: Vec<u8>,
-    /// The same from all that is there, the animal's pixels too; [`UNKNOWN`] where nothing is.
+    /// What only corrected frames can teach the meaning of; `None` where it was not asked for.
+    behind: Option<Behind>,
+}
+
+/// What else is known of the pixels of a region.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Behind {
+    /// Distances from all that is there, the animal's pixels too; [`UNKNOWN`] where nothing is.
     any: Vec<u8>,
     /// The background's mean colour, L*a*b* bytes, where it is shown.
     colours: Vec<[u8; 3]>,
@@ -56,14 +63,18 @@ impl PlateDistances {
     /// Distance from whatever the other frames have there, background or animal.
     #[inline]
     pub(super) fn any(&self, x: usize, y: usize) -> u8 {
-        self.index(x, y).map_or(UNKNOWN, |at| self.any[at])
+        match (self.index(x, y), &self.behind) {
+            (Some(at), Some(behind)) => behind.any[at],
+            _ => UNKNOWN,
+        }
     }
 
     /// The background's colour at a pixel, L*a*b* bytes; `None` where no frame shows it.
     #[inline]
     pub(super) fn colour(&self, x: usize, y: usize) -> Option<[u8; 3]> {
         let at = self.index(x, y)?;
-        (self.shown[at] != UNKNOWN).then(|| self.colours[at])
+        let behind = self.behind.as_ref()?;
+        (self.shown[at] != UNKNOWN).then(|| behind.colours[at])
     }
 
     #[inline]
@@ -86,36 +97,39 @@ pub(super) fn compared_frames(t: usize, frames: usize, fps: f64, first: bool) ->
 }
 
 /// Compares a region of a frame with `others`: each a picture that knows where the animal may be in
-/// it, and the matrix that takes coordinates of this frame to its own.
+/// it, and the matrix that takes coordinates of this frame to its own. `behind` asks for what is
+/// behind the animal, too.
 pub(super) fn plate_distances<'a>(
     frame: &LabImage,
     region: Region,
     others: impl Iterator<Item = (&'a Source, Matrix3<f64>)>,
+    behind: bool,
 ) -> PlateDistances {
     let pixels = region.pixels();
     // Between fewer pixels than two by two nothing can be interpolated.
     if pixels == 0 || frame.width().min(frame.height()) < 2 {
-        let nothing = vec![UNKNOWN; pixels];
-        let colours = vec![[0; 3]; pixels];
-        return PlateDistances { region, shown: nothing.clone(), any: nothing, colours };
+        return PlateDistances { region, shown: vec![UNKNOWN; pixels], behind: None };
     }
     let frame = frame.cropped(region);
     let own = Box3::of(&frame);
-    let (mut shown, mut any) = (Smallest::new(pixels), Smallest::new(pixels));
-    let mut mean = MeanColour::new(pixels);
+    let mut shown = Smallest::new(pixels);
+    let mut more = behind.then(|| (Smallest::new(pixels), MeanColour::new(pixels)));
     let mut distances = vec![0_u8; pixels];
     for (other, to_other) in others {
         let warped = Warped::of(other, &to_other, region);
         compare(&frame, &own, &warped.image, &Box3::of(&warped.image), &mut distances);
-        mean.add(&warped);
         // Both flags are UNKNOWN where they say no.
         let flagged = |flags: &[u8]| distances.iter().zip(flags).map(|(d, f)| d | f).collect();
         let mut of_background: Vec<u8> = flagged(&warped.not_background);
-        let mut of_all: Vec<u8> = flagged(&warped.outside);
         shown.add(&mut of_background);
-        any.add(&mut of_all);
+        if let Some((any, mean)) = &mut more {
+            let mut of_all: Vec<u8> = flagged(&warped.outside);
+            any.add(&mut of_all);
+            mean.add(&warped);
+        }
     }
-    PlateDistances { region, shown: shown.ranked(), any: any.ranked(), colours: mean.colours() }
+    let behind = more.map(|(any, mean)| Behind { any: any.ranked(), colours: mean.colours() });
+    PlateDistances { region, shown: shown.ranked(), behind }
 }
 
 /// Sums of the background's colour at each pixel, and their number.
@@ -202,11 +216,11 @@ mod tests {
             let frame = grey(w, h, &vec![7; w * h]);
             let other = Source::of(&frame, &Mask::new(w, h));
             let others = [(&other, Matrix3::identity())].into_iter();
-            let plate = plate_distances(&frame, whole(w, h), others);
+            let plate = plate_distances(&frame, whole(w, h), others, true);
             assert!((0..w * h).all(|at| plate.shown(at % w, at / w) == UNKNOWN));
         }
         let nothing = Region { left: 0, top: 0, right: 0, bottom: 0 };
-        let plate = plate_distances(&grey(9, 9, &[0; 81]), nothing, std::iter::empty());
+        let plate = plate_distances(&grey(9, 9, &[0; 81]), nothing, std::iter::empty(), true);
         assert_eq!(plate.shown(3, 3), UNKNOWN);
     }
 
@@ -221,17 +235,16 @@ mod tests {
         let mut own = ramp(0);
         let square = |at: usize| (10..16).contains(&(at % w)) && (10..16).contains(&(at / w));
         (0..w * h).filter(|&at| square(at)).for_each(|at| own[at] = 200);
-        let others: Vec<(Source, Matrix3<f64>)> = (1..4)
+        let others: Vec<(Source, Matrix3<f64>)> = (1_u8..4)
             .map(|k| {
                 let there = Mask::from_fn(w, h, |x, y| x > 30 && y > 20);
                 let to_other =
                     Matrix3::new(1.0, 0.0, -3.0 * f64::from(k), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
-                (Source::of(&grey(w, h, &ramp(3 * k as usize)), &there), to_other)
+                (Source::of(&grey(w, h, &ramp(3 * usize::from(k))), &there), to_other)
             })
             .collect();
         let frame = grey(w, h, &own);
-        let plate =
-            plate_distances(&frame, whole(w, h), others.iter().map(|(other, m)| (other, *m)));
+        let plate = plate_distances(&frame, whole(w, h), others.iter().map(|(o, m)| (o, *m)), true);
         assert!(plate.shown(13, 13) > 60, "{}", plate.shown(13, 13));
         assert!(plate.shown(20, 5) <= 1, "{}", plate.shown(20, 5));
         assert_eq!(plate.shown(0, 5), UNKNOWN, "no frame shows the left border");

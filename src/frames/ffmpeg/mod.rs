@@ -40,6 +40,8 @@ pub struct VideoInfo {
     pub variable_frame_rate: bool,
     /// Turn by which the stored picture was made upright, degrees clockwise, 0 to 359.
     pub rotation_deg: u16,
+    /// Whether the file's frames are interlaced; they are given deinterlaced.
+    pub interlaced: bool,
     /// Width of a stored pixel over its height; 1 for square pixels.
     pub pixel_aspect: f64,
 }
@@ -76,7 +78,7 @@ impl Video {
             })?;
         let wanted = range.map(|r| r.last() + 1);
         let resample = timing.variable.then_some(timing.fps);
-        let mut stream = Stream::start(ffmpeg, path, resample, wanted)?;
+        let mut stream = Stream::start(ffmpeg, path, probe.interlaced, resample, wanted)?;
         let opening = stream.next()?.ok_or_else(|| Error::VideoUnreadable {
             path: path.to_owned(),
             log: "no frame could be decoded".to_owned(),
@@ -88,6 +90,7 @@ impl Video {
             frame_count: timing.frames,
             variable_frame_rate: timing.variable,
             rotation_deg: probe.rotation_deg,
+            interlaced: probe.interlaced,
             pixel_aspect: probe.pixel_aspect,
         };
         let shortfall = probe.shortfall();
@@ -105,6 +108,7 @@ impl Video {
         let squeezed = (self.info.pixel_aspect - 1.0).abs() > 1e-6;
         [
             uneven.then(|| Finding::VariableFrameRate { path: path(), fps: self.info.fps }),
+            self.info.interlaced.then(|| Finding::Interlaced { path: path() }),
             squeezed
                 .then(|| Finding::NonSquarePixels { path: path(), aspect: self.info.pixel_aspect }),
         ]

@@ -23,6 +23,10 @@ const LINES_KEPT: usize = 400;
 const SHORTFALL_SHARE: f64 = 0.05;
 const SHORTFALL_S: f64 = 0.5;
 
+/// How ffmpeg says that a stream is interlaced, whichever field comes first.
+const FIELD_ORDERS: [&str; 4] =
+    ["top first", "bottom first", "top coded first", "bottom coded first"];
+
 /// What the first reading found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Probe {
@@ -37,6 +41,8 @@ pub(super) struct Probe {
     pub(super) nominal_fps: Option<f64>,
     /// Degrees clockwise that make the stored picture upright.
     pub(super) rotation_deg: u16,
+    /// Whether a frame holds two fields taken one after the other.
+    pub(super) interlaced: bool,
     /// Width of a pixel over its height.
     pub(super) pixel_aspect: f64,
     /// Duration the header states, seconds.
@@ -243,6 +249,7 @@ fn describe(messages: &[String], probe: &mut Probe) {
                 && !line.contains("(attached pic)");
             if in_video {
                 probe.nominal_fps = stated_fps(line);
+                probe.interlaced = FIELD_ORDERS.iter().any(|order| line.contains(order));
             }
         } else if in_video && let Some((_, degrees)) = line.split_once("rotation of ") {
             // ffmpeg states the turn counter-clockwise.
@@ -298,6 +305,22 @@ Output #0, framecrc, to 'pipe:1':
         assert_eq!(probe.nominal_fps, Some(29.97));
         assert_eq!(probe.rotation_deg, 90);
         assert_eq!(probe.stated_s, Some(62.5));
+    }
+
+    #[test]
+    fn a_field_order_says_that_a_stream_is_interlaced() {
+        for (order, interlaced) in [
+            ("tv, top first", true),
+            ("tv, bt470bg, bottom first", true),
+            ("top coded first (swapped)", true),
+            ("tv, progressive", false),
+            ("tv, bt709", false),
+        ] {
+            let line = format!(
+                "  Stream #0:0: Video: mpeg2video (Main), yuv420p({order}), 720x576, 25 fps"
+            );
+            assert_eq!(described(&line).interlaced, interlaced, "{order}");
+        }
     }
 
     #[test]

@@ -107,17 +107,23 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    /// Starts decoding: every frame once, or resampled to `resample_fps`; `limit` frames at most.
+    /// Starts decoding: every frame once, or resampled to `resample_fps`; `limit` frames at most. Of
+    /// interlaced frames the first field is kept and its missing lines are filled from both fields
+    /// and the frames around (ffmpeg's bwdif): an animal that moves has two outlines otherwise.
     pub(super) fn start(
         ffmpeg: &Ffmpeg,
         path: &Path,
+        interlaced: bool,
         resample_fps: Option<f64>,
         limit: Option<usize>,
     ) -> Result<Self> {
         let mut command = ffmpeg.reading(path, "error");
         command.args(["-map", "0:V:0"]);
-        if let Some(fps) = resample_fps {
-            command.arg("-vf").arg(format!("fps=fps={fps:.9}"));
+        let deinterlaced = interlaced.then(|| "bwdif=mode=send_frame".to_owned());
+        let resampled = resample_fps.map(|fps| format!("fps=fps={fps:.9}"));
+        let filters: Vec<String> = deinterlaced.into_iter().chain(resampled).collect();
+        if !filters.is_empty() {
+            command.arg("-vf").arg(filters.join(","));
         }
         command.args(ffmpeg.every_frame_once());
         if let Some(limit) = limit {

@@ -133,6 +133,48 @@ fn holes_are_filled_by_the_frame_before() {
     assert!(matches!(footage.findings(), [Finding::VariableFrameRate { .. }]));
 }
 
+/// How much each line differs from the two about it: what two fields of a moving picture do.
+fn combing(picture: &Picture) -> f64 {
+    let grey = |x: usize, y: usize| f64::from(picture.pixel(x, y)[1]);
+    let mut sum = 0.0;
+    for y in 1..picture.height() - 1 {
+        for x in 0..picture.width() {
+            let (above, here, below) = (grey(x, y - 1), grey(x, y), grey(x, y + 1));
+            // Both neighbours on the same side: an edge is not.
+            sum += ((here - above) * (here - below)).max(0.0).sqrt();
+        }
+    }
+    sum / (picture.width() * picture.height()) as f64
+}
+
+#[test]
+fn interlaced_frames_are_read_without_combs() {
+    let Some(clips) = Clips::new() else { return };
+    // A bar that moves by six pixels a field.
+    let moving = "-f lavfi -i color=black:s=96x64:r=50:d=0.8,format=gray,geq=lum='if(between(X-6*N,0,20),235,16)',tinterlace=interleave_top";
+    let flagged = "-c:v mpeg2video -q:v 1 -flags +ilme+ildct -top 1";
+    let third = |name: &str, how: &str| {
+        let path = clips.make(name, &format!("{moving} {how}"));
+        let mut footage = open(&SourceSpec::new(&path)).unwrap();
+        let findings = footage.findings().to_vec();
+        let mut frames = 0;
+        let mut combs = 0.0;
+        while let Some(picture) = footage.next_frame().unwrap() {
+            frames += 1;
+            if frames == 3 {
+                combs = combing(&picture);
+            }
+        }
+        (findings, frames, combs)
+    };
+    let (findings, frames, combs) = third("fields.mpg", flagged);
+    assert!(matches!(findings[..], [Finding::Interlaced { .. }]), "{findings:?}");
+    let (unsaid, same, raw) = third("unsaid.mkv", "-c:v ffv1");
+    assert!(unsaid.is_empty(), "{unsaid:?}");
+    assert_eq!(frames, same);
+    assert!(combs < 0.2 * raw, "{combs} of {raw}");
+}
+
 /// Writes a rotation into the track header of an MP4 file: the matrix's first four numbers.
 fn turn_track(path: &Path, [a, b, c, d]: [i32; 4]) {
     let mut bytes = fs::read(path).unwrap();
