@@ -11,14 +11,14 @@ impl Mask {
     #[must_use]
     pub fn dilated(&self, radius_px: usize) -> Self {
         let mut result = self.clone();
-        let mut done = None;
+        let mut done = 0;
         let mut widened = self.clone();
         // From the top of the disc to its middle the half-width only grows.
         for dy in (0..=radius_px).rev() {
             let half_width = disc_half_width(radius_px, dy);
-            if done != Some(half_width) {
-                widened = self.widened(half_width);
-                done = Some(half_width);
+            if done < half_width {
+                widened = widened.widened(half_width - done);
+                done = half_width;
             }
             for y in 0..self.height() {
                 for target in [y.checked_sub(dy), Some(y + dy).filter(|&t| t < self.height())] {

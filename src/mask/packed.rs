@@ -196,6 +196,19 @@ impl Mask {
         (area > 0).then(|| (sum_x as f64 / area as f64, sum_y as f64 / area as f64))
     }
 
+    /// Sets the pixels of a row, from the left, to as many values as there are.
+    pub(crate) fn set_row(&mut self, y: usize, values: impl Iterator<Item = bool>) {
+        let width = self.width;
+        let mut values = values.take(width);
+        for word in self.row_mut(y) {
+            let mut bits = 0;
+            for (at, set) in values.by_ref().take(64).enumerate() {
+                bits |= u64::from(set) << at;
+            }
+            *word = bits;
+        }
+    }
+
     /// The words of row `y`.
     pub(super) fn row(&self, y: usize) -> &[u64] {
         &self.words[y * self.words_per_row..(y + 1) * self.words_per_row]

@@ -126,12 +126,11 @@ impl ColourModels {
     /// The pixels that are more likely the animal's than the background's, from the look-up table.
     #[must_use]
     pub fn classify(&self, picture: &Picture) -> Mask {
-        let width = picture.width();
-        let rgb = picture.rgb();
-        Mask::from_fn(width, picture.height(), |x, y| {
-            let at = 3 * (y * width + x);
-            self.table[cell([rgb[at], rgb[at + 1], rgb[at + 2]])]
-        })
+        let mut mask = Mask::new(picture.width(), picture.height());
+        for (y, row) in picture.rgb().chunks_exact(3 * picture.width()).enumerate() {
+            mask.set_row(y, row.chunks_exact(3).map(|p| self.table[cell([p[0], p[1], p[2]])]));
+        }
+        mask
     }
 
     /// One decision a cell, at the colour in the middle of the cell.
