@@ -220,8 +220,9 @@ mod tests {
                 z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
                 (z >> 40) % 16 < density
             });
-            let grey = GrayImage::from_fn(w as u32, h as u32, |x, y| {
-                Luma([u8::from(mask.get(x as usize, y as usize))])
+            // With an empty column: the other library has no room for a label a pixel.
+            let grey = GrayImage::from_fn(w as u32 + 1, h as u32, |x, y| {
+                Luma([u8::from((x as usize) < w && mask.get(x as usize, y as usize))])
             });
             let (ours, theirs) = if eight {
                 (Connectivity::Eight, region_labelling::Connectivity::Eight)

@@ -235,7 +235,7 @@ impl Clip {
         at.par_iter()
             .map(|&t| {
                 let back = self.from_first[t].try_inverse();
-                let others = compared_frames(t, n, self.fps, first).into_iter().filter_map(|s| {
+                let others = compared_frames(t, n, self.fps).into_iter().filter_map(|s| {
                     let to_other = self.from_first[s] * back?;
                     Some((&sources[s], to_other))
                 });

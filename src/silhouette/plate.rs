@@ -15,10 +15,6 @@ use super::warp::{Source, Warped};
 /// ones are aligned best, far ones have the animal elsewhere.
 const OFFSETS: [usize; 6] = [5, 8, 12, 16, 24, 32];
 
-/// The same while the drafts are guesses by colour: more frames tell no more then (measured on four
-/// clips, overlap and legs alike).
-const OFFSETS_AT_FIRST: [usize; 3] = [8, 16, 24];
-
 /// The frame rate that [`OFFSETS`] are meant for.
 const REFERENCE_FPS: f64 = 24.0;
 
@@ -85,14 +81,12 @@ impl PlateDistances {
     }
 }
 
-/// The other frames that frame `t` of `frames` is compared with, while drafting for the first time
-/// or later.
-pub(super) fn compared_frames(t: usize, frames: usize, fps: f64, first: bool) -> Vec<usize> {
-    let offsets: &[usize] = if first { &OFFSETS_AT_FIRST } else { &OFFSETS };
+/// The other frames that frame `t` of `frames` is compared with.
+pub(super) fn compared_frames(t: usize, frames: usize, fps: f64) -> Vec<usize> {
     let stretch = (fps / REFERENCE_FPS).max(1.0);
     let offset = |o: usize| (o as f64 * stretch).round() as usize;
-    let before = offsets.iter().rev().filter_map(|&o| t.checked_sub(offset(o)));
-    let after = offsets.iter().map(|&o| t + offset(o)).filter(|&s| s < frames);
+    let before = OFFSETS.iter().rev().filter_map(|&o| t.checked_sub(offset(o)));
+    let after = OFFSETS.iter().map(|&o| t + offset(o)).filter(|&s| s < frames);
     before.chain(after).collect()
 }
 
