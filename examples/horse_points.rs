@@ -14,9 +14,8 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use muybridge::keys::KeySettings;
 use muybridge::mask::Mask;
-use muybridge::pipeline::{analyse_masks, choose_by_phase, interpolation_weights};
+use muybridge::pipeline::{Trends, analyse_masks, choose_by_phase, interpolation_weights};
 use muybridge::shot::{Animation, Method, PhaseTable};
-use muybridge::silhouette::TrendRemoval;
 use muybridge::spectrum::{Gait, Settings};
 
 const LEAST_LIKELIHOOD: f64 = 0.9;
@@ -57,7 +56,7 @@ fn main() -> anyhow::Result<()> {
         None => sketched(&parts, frames),
     };
     let settings = Settings { gait: Gait::Walk, ..Settings::default() };
-    let found = analyse_masks(&masks, FPS, 5, TrendRemoval::Auto, &settings)?;
+    let found = analyse_masks(&masks, FPS, 5, Trends::default(), &settings)?;
     let Some(gait) = &found.gait else { bail!("no gait phase") };
     println!(
         "{frames} frames, stride {:.2} frames, {} (odd lines {:.3}, at most {:.3}), {:.0} % explained by the cycle, {} masks used",

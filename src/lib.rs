@@ -11,14 +11,14 @@
 //! The method in memory, on a rendered gallop, from masks to the frames worth posing:
 //!
 //! ```
-//! use muybridge::pipeline::{KeyRequest, analyse_masks, choose};
+//! use muybridge::pipeline::{KeyRequest, Trends, analyse_masks, choose};
 //! use muybridge::synthetic::{Gait, SyntheticFootage, SyntheticSettings};
-//! use muybridge::{keys::KeySettings, silhouette::TrendRemoval, spectrum};
+//! use muybridge::{keys::KeySettings, spectrum};
 //!
 //! let footage = SyntheticFootage::new(Gait::Gallop, SyntheticSettings::default());
 //! let masks: Vec<_> = (0..60).map(|frame| footage.true_mask(frame)).collect();
 //! let settings = spectrum::Settings::default();
-//! let found = analyse_masks(&masks, 25.0, 5, TrendRemoval::Auto, &settings)?;
+//! let found = analyse_masks(&masks, 25.0, 5, Trends::default(), &settings)?;
 //! assert_eq!(found.spectral.diagnosis.verdict, spectrum::Verdict::Usable);
 //!
 //! let request = KeyRequest {

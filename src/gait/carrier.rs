@@ -23,9 +23,10 @@ const ZERO_PADDING: usize = 8;
 /// Below this many cycles in the clip lies drift (as for the verdict's spectrum).
 const LEAST_CYCLES: f64 = 0.75;
 
-/// The phase of each frame at the clip's strongest frequency, periods, unwrapped.
-pub(super) fn track(clip: &Clip) -> Vec<f64> {
-    let frequency = strongest_frequency(clip);
+/// The phase of each frame at the given frequency, cycles a frame, or at the clip's strongest one;
+/// periods, unwrapped.
+pub(super) fn track(clip: &Clip, frequency: Option<f64>) -> Vec<f64> {
+    let frequency = frequency.unwrap_or_else(|| strongest_frequency(clip));
     let mut phase: Vec<f64> = (0..clip.frames()).map(|t| frequency * t as f64).collect();
     for _ in 0..ROUNDS {
         phase = corrected(clip, &phase, frequency);

@@ -62,7 +62,8 @@ pub struct GaitPhase {
 
 impl GaitPhase {
     /// Measures the phase. `scores` are of unit deviation, `variance_shares` has one entry a
-    /// component, `used` says for each frame whether its silhouette counts.
+    /// component, `used` says for each frame whether its silhouette counts. `repeats_a_frame` is the
+    /// frequency to follow, repeats of the silhouette a frame; `None` takes the strongest.
     ///
     /// # Errors
     /// [`Error::TooFewMasks`] with fewer than eight used frames or without variation;
@@ -72,6 +73,7 @@ impl GaitPhase {
         variance_shares: &[f64],
         used: &[bool],
         symmetry: Symmetry,
+        repeats_a_frame: Option<f64>,
     ) -> Result<Self> {
         scores.check_finite()?;
         let clip = Clip::new(scores, variance_shares, used);
@@ -79,7 +81,7 @@ impl GaitPhase {
         if clip.seen() < LEAST_FRAMES || clip.power() <= 0.0 {
             return Err(too_few);
         }
-        let carrier = carrier::track(&clip);
+        let carrier = carrier::track(&clip, repeats_a_frame);
         let Some(by_period) = cycle::fit(&clip, &carrier) else { return Err(too_few) };
         let stride = StrideEvidence::weigh(&clip, &by_period, symmetry);
         let fitted = if stride.repeats == Repeats::EveryStep {

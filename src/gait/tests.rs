@@ -54,7 +54,8 @@ const SHARES: [f64; 5] = [1.0; 5];
 fn a_steady_stride_is_measured_to_a_degree_of_phase() {
     let truth = steady(100, 24.3);
     let scores = planted(&truth, 0.3, 0.15, 1);
-    let found = GaitPhase::measure(&scores, &SHARES, &[true; 100], Symmetry::Symmetric).unwrap();
+    let found =
+        GaitPhase::measure(&scores, &SHARES, &[true; 100], Symmetry::Symmetric, None).unwrap();
     assert_eq!(found.stride.repeats, Repeats::EveryStep);
     assert!((found.stride_frames() - 24.3).abs() < 0.05, "{}", found.stride_frames());
     let error = phase_error(&found.stride_cycles, &truth);
@@ -75,7 +76,7 @@ fn drift_lost_frames_and_broken_ones_are_survived() {
     let scores = Coefficients::from_rows(110, 5, rows).unwrap();
     let mut used = [true; 110];
     used[30..34].fill(false);
-    let found = GaitPhase::measure(&scores, &SHARES, &used, Symmetry::Symmetric).unwrap();
+    let found = GaitPhase::measure(&scores, &SHARES, &used, Symmetry::Symmetric, None).unwrap();
     assert_eq!(found.stride.repeats, Repeats::EveryStep);
     let error = phase_error(&found.stride_cycles, &truth);
     assert!(error < 0.004, "{error}");
@@ -90,7 +91,7 @@ fn half_the_frequency_is_seen_only_where_it_is() {
     for seed in 0..8 {
         let measure = |odd: f64, symmetry: Symmetry| {
             let scores = planted(&truth, odd, 0.3, seed);
-            GaitPhase::measure(&scores, &SHARES, &[true; 100], symmetry).unwrap().stride
+            GaitPhase::measure(&scores, &SHARES, &[true; 100], symmetry, None).unwrap().stride
         };
         assert_eq!(measure(0.4, Symmetry::Unknown).repeats, Repeats::EveryStep);
         assert_eq!(measure(0.0, Symmetry::Unknown).repeats, Repeats::Unknown);
@@ -103,9 +104,9 @@ fn half_the_frequency_is_seen_only_where_it_is() {
 #[test]
 fn what_is_not_a_clip_is_refused() {
     let flat = Coefficients::from_rows(20, 1, vec![0.0; 20]).unwrap();
-    assert!(GaitPhase::measure(&flat, &[1.0], &[true; 20], Symmetry::Unknown).is_err());
+    assert!(GaitPhase::measure(&flat, &[1.0], &[true; 20], Symmetry::Unknown, None).is_err());
     let short = planted(&steady(5, 3.0), 0.0, 0.0, 1);
-    assert!(GaitPhase::measure(&short, &SHARES, &[true; 5], Symmetry::Unknown).is_err());
+    assert!(GaitPhase::measure(&short, &SHARES, &[true; 5], Symmetry::Unknown, None).is_err());
     let nan = Coefficients::from_rows(20, 1, vec![f64::NAN; 20]).unwrap();
-    assert!(GaitPhase::measure(&nan, &[1.0], &[true; 20], Symmetry::Unknown).is_err());
+    assert!(GaitPhase::measure(&nan, &[1.0], &[true; 20], Symmetry::Unknown, None).is_err());
 }

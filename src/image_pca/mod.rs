@@ -53,13 +53,21 @@ impl ImagePca {
     /// # Errors
     /// [`Error::MasksConstant`] when all masks are the same.
     pub fn of(changes: &Changes, components: usize) -> Result<Self> {
-        let n = changes.frames();
-        let centred = double_centred(&changes.gram(InstructionSet::best()), n);
-        let total = centred.trace();
+        Self::of_gram(&CentredGram::of(changes), components)
+    }
+
+    /// The same of a Gram matrix that may have lost its slow changes.
+    ///
+    /// # Errors
+    /// [`Error::MasksConstant`] when nothing varies.
+    pub fn of_gram(gram: &CentredGram, components: usize) -> Result<Self> {
+        let centred = &gram.matrix;
+        let n = centred.nrows();
+        let total = gram.variance();
         if total <= 0.0 {
             return Err(Error::MasksConstant { frames: n });
         }
-        let mut pairs = leading_eigenpairs(&centred, components.max(1));
+        let mut pairs = leading_eigenpairs(centred, components.max(1));
         let kept = pairs.values.iter().take_while(|&&v| v > RANK_TOLERANCE * total).count();
         pairs.values.truncate(kept);
         // The left singular vectors of I times the singular values are the projections of
@@ -110,6 +118,45 @@ impl ImagePca {
         let components = 0..self.scores.components();
         let scores: Vec<Vec<f64>> = components.map(|c| self.scores.column(c)).collect();
         eigen_images::eigen_images(changes, &scores)
+    }
+}
+
+/// The inner products of the masks about their mean, frames × frames, pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CentredGram {
+    matrix: DMatrix<f64>,
+}
+
+impl CentredGram {
+    /// Of packed masks.
+    #[must_use]
+    pub fn of(changes: &Changes) -> Self {
+        let n = changes.frames();
+        Self { matrix: double_centred(&changes.gram(InstructionSet::best()), n) }
+    }
+
+    /// The variance of all pixels together, times the number of frames, pixels².
+    #[must_use]
+    pub fn variance(&self) -> f64 {
+        self.matrix.trace()
+    }
+
+    /// With the part of every pixel's course over the frames that `basis` spans taken out: with Q
+    /// the orthonormal basis, one vector of an entry a frame each, K becomes (1 − QQᵗ)K(1 − QQᵗ).
+    /// What is left is the Gram matrix of the masks less their slow changes.
+    #[must_use]
+    pub fn without(&self, basis: &[Vec<f64>]) -> Self {
+        let n = self.matrix.nrows();
+        let q = DMatrix::from_fn(n, basis.len(), |row, j| basis[j][row]);
+        let half = &self.matrix - (&self.matrix * &q) * q.transpose();
+        let mut matrix = &half - &q * (q.transpose() * &half);
+        // Rounding leaves the two halves different in the last bit; the eigen solvers want one.
+        for column in 0..n {
+            for row in 0..column {
+                matrix[(column, row)] = matrix[(row, column)];
+            }
+        }
+        Self { matrix }
     }
 }
 

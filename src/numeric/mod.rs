@@ -13,6 +13,7 @@ mod mixture;
 mod monotone;
 mod periodic;
 mod phase;
+mod rhythm;
 mod smooth_path;
 mod statistics;
 
@@ -27,6 +28,7 @@ pub use mixture::{Mixture, MixtureSettings};
 pub use monotone::rising_fit;
 pub use periodic::{Harmonics, PeriodicCubic};
 pub use phase::{CyclePhase, wrapped};
+pub use rhythm::{dominant_frequency, line_frequency, slow_basis};
 pub use smooth_path::{SmoothPath, likeliest_stiffness, smooth_path};
 pub use statistics::{
     correlation, mean, median, robust_deviation, standard_deviation, standardized,

@@ -1,8 +1,10 @@
 //! Masks to coefficients and verdict, in memory.
 
+use super::bridge::{bridged, held};
+use super::drift::{self, ShapeDrift};
 use crate::error::Result;
 use crate::gait::{GaitPhase, Repeats, Symmetry};
-use crate::image_pca::ImagePca;
+use crate::image_pca::{CentredGram, Changes, ImagePca};
 use crate::mask::Mask;
 use crate::numeric::Coefficients;
 use crate::shot::FlaggedFrames;
@@ -11,6 +13,15 @@ use crate::silhouette::{
     report_of_mask, windowed,
 };
 use crate::spectrum::{self, MaskCounts, SpectralAnalysis, StrideBasis};
+
+/// What of slow changes is removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Trends {
+    /// Of the animal's size, before the windows are cut.
+    pub scale: TrendRemoval,
+    /// Of its shape, before the PCA.
+    pub shape: TrendRemoval,
+}
 
 /// Everything the analysis of a clip's masks gives.
 #[derive(Clone, Debug)]
@@ -21,6 +32,8 @@ pub struct MaskAnalysis {
     pub used: Vec<bool>,
     /// The PCA of the used masks.
     pub pca: ImagePca,
+    /// The slow change of shape; `None` where it was not looked for.
+    pub drift: Option<ShapeDrift>,
     /// Unit-deviation scores of all frames; those of unused masks are bridged linearly from their
     /// neighbours.
     pub scores: Coefficients,
@@ -62,14 +75,14 @@ pub fn analyse_masks(
     masks: &[Mask],
     fps: f64,
     components: usize,
-    scale_trend: TrendRemoval,
+    trends: Trends,
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
     let mut reports: Vec<FrameReport> =
         masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
     flag_area_jumps(&mut reports);
     let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
-    analyse_usable(masks, usable, fps, components, scale_trend, settings)
+    analyse_usable(masks, usable, fps, components, trends, settings)
 }
 
 /// The same with the choice of frames given. A mask that is not used changes nothing: neither the
@@ -79,7 +92,7 @@ pub(super) fn analyse_usable(
     usable: Usable,
     fps: f64,
     components: usize,
-    scale_trend: TrendRemoval,
+    trends: Trends,
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
     let Usable { used, flagged, uncertain } = usable;
@@ -87,7 +100,7 @@ pub(super) fn analyse_usable(
         if *used { mask.clone() } else { Mask::new(mask.width(), mask.height()) }
     };
     let kept: Vec<Mask> = masks.iter().zip(&used).map(blank).collect();
-    let windows = windowed(&kept, WindowSettings { scale_trend });
+    let windows = windowed(&kept, WindowSettings { scale_trend: trends.scale });
     let good: Vec<&Mask> =
         windows.masks.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m).collect();
     if good.is_empty() {
@@ -95,13 +108,20 @@ pub(super) fn analyse_usable(
         let all: Vec<&Mask> = windows.masks.iter().collect();
         ImagePca::fit(&all, components)?;
     }
-    let all = ImagePca::fit(&good, components.max(PHASE_COMPONENTS))?;
-    let gait = measure_phase(&all, &used, settings.gait);
+    let seen = Seen::of(&used);
+    let gram = CentredGram::of(&Changes::of(&good)?);
+    let (all, drift) =
+        drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?;
+    let repeats = drift.filter(|d| d.removed).map(|d| d.repeats_a_frame);
+    let gait = measure_phase(&all, &used, settings.gait, repeats);
     let pca = all.leading(components);
-    let scores = bridged(&pca.scores, &used);
     let bad = masks.len() - good.len();
     let counts = MaskCounts { frames: masks.len(), bad, flagged, uncertain };
-    let mut spectral = spectrum::analyse(&scores, &pca.variance_shares(), fps, counts, settings)?;
+    let span_scores = bridged(&pca.scores, &used[seen.first..seen.first + seen.span()]);
+    let shares = pca.variance_shares();
+    let rhythm_hz = repeats.map(|r| r * fps);
+    let mut spectral = spectrum::analyse(&span_scores, &shares, fps, counts, settings, rhythm_hz)?;
+    spectral.band_passed = held(&spectral.band_passed, seen.first, masks.len());
     if let Some(gait) = &gait {
         let frames = (gait.stride.repeats != Repeats::Unknown).then(|| gait.stride_frames());
         let basis = match settings.gait.is_symmetric() {
@@ -111,22 +131,50 @@ pub(super) fn analyse_usable(
         spectral.rhythm = spectral.rhythm.with_stride(frames, basis);
         spectral.diagnosis = spectral.diagnosis.with_cycle(
             gait.explained_share,
-            scores.frames() as f64 / gait.stride_frames(),
+            seen.span() as f64 / gait.stride_frames(),
             gait.stride.contradicts_gait,
         );
     }
-    Ok(MaskAnalysis { windows, used, pca, scores, spectral, gait })
+    let scores = bridged(&pca.scores, &used);
+    Ok(MaskAnalysis { windows, used, pca, drift, scores, spectral, gait })
+}
+
+/// The stretch from the first used frame to the last: what lies outside is held, not measured, and
+/// would look like a step to a spectrum.
+struct Seen {
+    /// The first used frame.
+    first: usize,
+    /// All used frames, counted from the first.
+    times: Vec<usize>,
+}
+
+impl Seen {
+    fn of(used: &[bool]) -> Self {
+        let first = used.iter().position(|u| *u).unwrap_or(0);
+        Self { first, times: (first..used.len()).filter(|&t| used[t]).map(|t| t - first).collect() }
+    }
+
+    fn span(&self) -> usize {
+        self.times.last().map_or(0, |t| t + 1)
+    }
 }
 
 /// The gait phase, where the clip is long enough for one.
-fn measure_phase(pca: &ImagePca, used: &[bool], gait: spectrum::Gait) -> Option<GaitPhase> {
+fn measure_phase(
+    pca: &ImagePca,
+    used: &[bool],
+    gait: spectrum::Gait,
+    repeats_a_frame: Option<f64>,
+) -> Option<GaitPhase> {
     let symmetry = match gait.is_symmetric() {
         None => Symmetry::Unknown,
         Some(true) => Symmetry::Symmetric,
         Some(false) => Symmetry::Asymmetric,
     };
     let scores = bridged(&pca.scores, used);
-    let found = GaitPhase::measure(&scores, &pca.variance_shares(), used, symmetry).ok()?;
+    let found =
+        GaitPhase::measure(&scores, &pca.variance_shares(), used, symmetry, repeats_a_frame)
+            .ok()?;
     let repeats = scores.frames() as f64 / found.repeat_frames;
     (repeats >= LEAST_REPEATS).then_some(found)
 }
@@ -169,29 +217,6 @@ impl Usable {
             used: filled,
         }
     }
-}
-
-/// Spreads the scores of the used frames over all frames, linear between neighbours and constant
-/// beyond the ends.
-fn bridged(scores: &Coefficients, used: &[bool]) -> Coefficients {
-    let frames: Vec<usize> = (0..used.len()).filter(|&t| used[t]).collect();
-    let values = (0..used.len())
-        .flat_map(|t| {
-            let after = frames.partition_point(|&f| f < t);
-            let right = after.min(frames.len() - 1);
-            let left = if frames[right] <= t { right } else { right.saturating_sub(1) };
-            let gap = frames[right].abs_diff(frames[left]);
-            let share = if gap == 0 || frames[left] > t {
-                0.0
-            } else {
-                (t - frames[left]) as f64 / gap as f64
-            };
-            let (a, b) = (scores.point(left), scores.point(right));
-            a.iter().zip(b).map(|(x, y)| x + share.min(1.0) * (y - x)).collect::<Vec<_>>()
-        })
-        .collect();
-    Coefficients::from_rows(used.len(), scores.components(), values)
-        .unwrap_or_else(|| scores.clone())
 }
 
 #[cfg(test)]
@@ -250,7 +275,7 @@ mod tests {
         let settings = spectrum::Settings::default();
         let analysed = |masks: &[Mask]| {
             let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
-            analyse_usable(masks, usable, 25.0, 2, TrendRemoval::Auto, &settings).unwrap()
+            analyse_usable(masks, usable, 25.0, 2, Trends::default(), &settings).unwrap()
         };
         let found = analysed(&masks);
         assert!(!found.used[17] && found.used[16]);
@@ -260,15 +285,5 @@ mod tests {
         assert_eq!(found.windows, other.windows);
         let middle = (found.scores.point(16)[0] + found.scores.point(18)[0]) / 2.0;
         assert!((found.scores.point(17)[0] - middle).abs() < 1e-12);
-    }
-
-    #[test]
-    fn gaps_are_bridged_and_ends_held() {
-        let scores = Coefficients::from_rows(3, 1, vec![1.0, 4.0, 10.0]).unwrap();
-        let used = [false, true, false, false, true, true, false];
-        let all = bridged(&scores, &used);
-        assert_eq!(all.column(0), [1.0, 1.0, 2.0, 3.0, 4.0, 10.0, 10.0]);
-        let same = bridged(&scores, &[true, true, true]);
-        assert_eq!(same, scores);
     }
 }

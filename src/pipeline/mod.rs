@@ -5,8 +5,10 @@
 
 mod analysis;
 mod animate;
+mod bridge;
 mod choose;
 mod demo;
+mod drift;
 mod feet;
 mod footage;
 mod new;
@@ -15,12 +17,13 @@ mod segment;
 mod stages;
 mod timing;
 
-pub use analysis::{MaskAnalysis, analyse_masks};
+pub use analysis::{MaskAnalysis, Trends, analyse_masks};
 pub use animate::{AnimationResult, animate};
 pub use choose::{
     Chosen, KeyRequest, choose, choose_by_phase, interpolation_weights, resolved_method, time_order,
 };
 pub use demo::{demo, pose_from_truth};
+pub use drift::ShapeDrift;
 pub use new::{NewShot, NewShotReport, new_shot};
 pub use progress::{NoProgress, Progress};
 pub use segment::{FlaggedLine, SegmentSummary, SilhouetteLine, segment};

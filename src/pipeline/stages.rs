@@ -1,6 +1,6 @@
 //! The stages between masks and poses.
 
-use super::analysis::{MaskAnalysis, Usable, analyse_usable};
+use super::analysis::{MaskAnalysis, Trends, Usable, analyse_usable};
 use super::choose::{KeyRequest, choose, choose_by_phase, interpolation_weights, resolved_method};
 use super::segment::segment;
 use super::{Options, Outcome};
@@ -10,8 +10,8 @@ use crate::image_pca::{Changes, GreyImage};
 use crate::keys::KeySettings;
 use crate::shot::{
     Freshness, KeyImage, Method, PhaseTable, Projections, Reads, Shot, Stage, StoredComponent,
-    StoredDiagnosis, StoredKeys, StoredStride, StoredTrend, WeightTable, hash_file, hash_files,
-    hash_value, number, paths, read, table,
+    StoredDiagnosis, StoredDrift, StoredKeys, StoredStride, StoredTrend, WeightTable, hash_file,
+    hash_files, hash_value, number, paths, read, table,
 };
 use crate::spectrum;
 
@@ -74,7 +74,10 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
         Usable::of(&masks, &reports, shot.settings.analysis.flagged_frames),
         shot.fps(),
         shot.settings.analysis.components,
-        shot.settings.silhouette.scale_trend,
+        Trends {
+            scale: shot.settings.silhouette.scale_trend,
+            shape: shot.settings.analysis.shape_drift,
+        },
         &wanted,
     )?;
     step(options, Stage::Analyze, 2, 3)?;
@@ -154,6 +157,11 @@ fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
             .windows
             .trend
             .map(|t| StoredTrend { change: t.change, removed: t.removed }),
+        shape_drift: found.drift.map(|d| StoredDrift {
+            share: d.share,
+            half_cycles: d.half_cycles,
+            removed: d.removed,
+        }),
         bad_frames: (0..found.used.len()).filter(|&t| !found.used[t]).collect(),
     }
 }

@@ -29,7 +29,8 @@ pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
     BudgetLine, KeyImage, StoredAnimation, StoredComponent, StoredContact, StoredDiagnosis,
-    StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPlanting, StoredStride, StoredTrend,
+    StoredDrift, StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPlanting, StoredStride,
+    StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 

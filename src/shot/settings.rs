@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::frames::check_rate;
 use crate::image::Rectangle;
-use crate::{silhouette, spectrum};
+use crate::silhouette::{self, TrendRemoval};
+use crate::spectrum;
 
 /// The whole file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -133,6 +134,8 @@ pub struct Analysis {
     pub band_pass: bool,
     /// What becomes of frames whose flags say that the outline is not the animal's.
     pub flagged_frames: FlaggedFrames,
+    /// Whether slow changes of the silhouette's shape are removed before the PCA.
+    pub shape_drift: TrendRemoval,
 }
 
 impl Default for Analysis {
@@ -142,6 +145,7 @@ impl Default for Analysis {
             gait: spectrum::Gait::Unknown,
             band_pass: true,
             flagged_frames: FlaggedFrames::LeaveOut,
+            shape_drift: TrendRemoval::Auto,
         }
     }
 }
@@ -417,6 +421,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     (
         "analysis.flagged_frames",
         "leave-out: frames whose silhouette is flagged are bridged; use: they count as they are.",
+    ),
+    (
+        "analysis.shape_drift",
+        "Remove slow changes of shape (an animal that turns, or passes the camera close by) before the PCA: auto, on, off.",
     ),
     ("keys.count", "Number of key images; keys.json says what error to expect with more or fewer."),
     (

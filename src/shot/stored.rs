@@ -54,8 +54,22 @@ pub struct StoredDiagnosis {
     pub window_px: [usize; 2],
     /// The slow trend of scale; null when too few silhouettes are whole.
     pub scale_trend: Option<StoredTrend>,
+    /// The slow change of shape; null when it was not looked for.
+    #[serde(default)]
+    pub shape_drift: Option<StoredDrift>,
     /// Frames left out of the PCA and bridged: their mask is empty or flagged.
     pub bad_frames: Vec<usize>,
+}
+
+/// The slow change of shape in `diagnosis.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredDrift {
+    /// Share of the silhouettes' variance that is slower than the gait, 0…1.
+    pub share: f64,
+    /// It is made of the cosines of up to so many half cycles over the seen frames.
+    pub half_cycles: usize,
+    /// Whether it was removed before the PCA.
+    pub removed: bool,
 }
 
 /// One component in `diagnosis.json`.

@@ -51,7 +51,7 @@ pub struct ComponentLine {
 pub struct SpectralAnalysis {
     /// Spectrum of each component.
     pub spectra: Vec<Spectrum>,
-    /// Peak and band of the first component.
+    /// Peak and band of the first component, or of all where the rhythm was known.
     pub peak: Peak,
     /// One line a component.
     pub components: Vec<ComponentLine>,
@@ -71,7 +71,10 @@ pub struct SpectralAnalysis {
 }
 
 /// Analyses unit-deviation scores sampled at `fps`. `variance_shares` has one entry a component;
-/// `masks` says how many masks were unusable.
+/// `masks` says how many masks were unusable. `rhythm_hz` is the frequency at which the silhouette
+/// is known to repeat: it is f0 then, and the width of the band that of the nearest peak of all
+/// components together. Without it f0
+/// is the peak of PC1 (section 5.2).
 ///
 /// # Errors
 /// [`Error::BadFrameRate`] unless `fps` is finite and positive, [`Error::TooFewMasks`] with fewer
@@ -82,6 +85,7 @@ pub fn analyse(
     fps: f64,
     masks: MaskCounts,
     settings: &Settings,
+    rhythm_hz: Option<f64>,
 ) -> Result<SpectralAnalysis> {
     if !(fps.is_finite() && fps > 0.0) {
         return Err(Error::BadFrameRate { fps });
@@ -91,7 +95,13 @@ pub fn analyse(
     }
     let columns: Vec<Vec<f64>> = (0..scores.components()).map(|c| scores.column(c)).collect();
     let spectra: Vec<Spectrum> = columns.iter().map(|c| Spectrum::of(c, fps)).collect();
-    let peak = Peak::fit(&spectra[0], fps / 2.0);
+    let peak = match rhythm_hz {
+        Some(hz) => {
+            let together = Spectrum::together(&spectra, variance_shares);
+            Peak::fit_at(&together, together.summit_near(hz), fps / 2.0).moved_to(hz, fps / 2.0)
+        }
+        None => Peak::fit(&spectra[0], fps / 2.0),
+    };
     let (low, high) = (peak.band_hz.0 / fps, peak.band_hz.1 / fps);
     let passed: Vec<Vec<f64>> = columns.iter().map(|c| band_pass(c, low, high)).collect();
     let components: Vec<ComponentLine> = columns

@@ -41,6 +41,35 @@ impl Spectrum {
         k as f64 * self.resolution_hz
     }
 
+    /// Root of the weighted sum of the powers of several spectra on one grid: what unit-deviation
+    /// components show together, weighted with their shares of the variance.
+    pub(super) fn together(spectra: &[Self], shares: &[f64]) -> Self {
+        let points = spectra.first().map_or(0, |s| s.amplitudes.len());
+        let power = |k: usize| -> f64 {
+            spectra.iter().zip(shares).map(|(s, share)| share * s.amplitudes[k].powi(2)).sum()
+        };
+        Self {
+            resolution_hz: spectra.first().map_or(0.0, |s| s.resolution_hz),
+            amplitudes: (0..points).map(|k| power(k).sqrt()).collect(),
+        }
+    }
+
+    /// Index of the local maximum that is reached uphill from a frequency.
+    pub(super) fn summit_near(&self, frequency_hz: f64) -> usize {
+        let last = self.amplitudes.len().saturating_sub(1);
+        let mut k = ((frequency_hz / self.resolution_hz).round() as usize).min(last);
+        loop {
+            let higher = [k.saturating_sub(1), (k + 1).min(last)]
+                .into_iter()
+                .max_by(|&a, &b| self.amplitudes[a].total_cmp(&self.amplitudes[b]))
+                .filter(|&n| self.amplitudes[n] > self.amplitudes[k]);
+            match higher {
+                Some(next) => k = next,
+                None => return k,
+            }
+        }
+    }
+
     /// Index of the largest amplitude among the frequencies that can be a gait's.
     pub(super) fn peak_index(&self) -> usize {
         let first = (LEAST_CYCLES * ZERO_PADDING as f64).ceil() as usize;
@@ -53,7 +82,11 @@ impl Spectrum {
     /// about it, hertz.
     #[must_use]
     pub fn peak_hz(&self) -> f64 {
-        let k = self.peak_index();
+        self.refined_hz(self.peak_index())
+    }
+
+    /// The top of the parabola through point `k` and its neighbours, hertz.
+    fn refined_hz(&self, k: usize) -> f64 {
         if k == 0 || k + 1 >= self.amplitudes.len() {
             return self.frequency_hz(k);
         }
@@ -64,7 +97,7 @@ impl Spectrum {
     }
 }
 
-/// The peak of PC1's spectrum and the band that follows from it.
+/// The peak of a spectrum and the band that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Peak {
     /// Frequency of the largest amplitude, f0, hertz.
@@ -78,10 +111,14 @@ pub struct Peak {
 }
 
 impl Peak {
-    /// Fits the peak to a spectrum that reaches up to the Nyquist frequency `nyquist_hz`.
+    /// Fits the largest peak of a spectrum that reaches up to the Nyquist frequency `nyquist_hz`.
     pub(super) fn fit(spectrum: &Spectrum, nyquist_hz: f64) -> Self {
-        let at = spectrum.peak_index();
-        let f0_hz = spectrum.peak_hz();
+        Self::fit_at(spectrum, spectrum.peak_index(), nyquist_hz)
+    }
+
+    /// Fits the peak whose largest point is `at`.
+    pub(super) fn fit_at(spectrum: &Spectrum, at: usize, nyquist_hz: f64) -> Self {
+        let f0_hz = spectrum.refined_hz(at);
         let fb_hz = half_amplitude_hz(spectrum, at, f0_hz);
         let half_width = BAND_HALF_WIDTHS * (fb_hz - f0_hz).abs();
         let lowest = spectrum.resolution_hz;
@@ -90,6 +127,18 @@ impl Peak {
             fb_hz,
             amplitude: spectrum.amplitudes.get(at).copied().unwrap_or(0.0),
             band_hz: ((f0_hz - half_width).max(lowest), (f0_hz + half_width).min(nyquist_hz)),
+        }
+    }
+
+    /// The same about another f0, a better measured one.
+    pub(super) fn moved_to(self, f0_hz: f64, nyquist_hz: f64) -> Self {
+        let shift = f0_hz - self.f0_hz;
+        let (low, high) = self.band_hz;
+        Self {
+            f0_hz,
+            fb_hz: self.fb_hz + shift,
+            band_hz: ((low + shift).max(f64::MIN_POSITIVE), (high + shift).min(nyquist_hz)),
+            ..self
         }
     }
 
@@ -160,6 +209,22 @@ mod tests {
         assert_eq!(peak.value(2.0), 1.0);
         assert_eq!(peak.value(2.5), 0.5);
         assert!((peak.value(0.5) - 0.1).abs() < 1e-12 && (peak.value(3.5) - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_peak_near_a_frequency_is_found_beside_a_higher_one() {
+        let (slow, fast) = (wave(60, 3.0, 0.4), wave(60, 9.0, 0.0));
+        let both: Vec<f64> = slow.iter().zip(&fast).map(|(a, b)| a + 0.5 * b).collect();
+        let spectrum = Spectrum::of(&both, 30.0);
+        let near = Peak::fit_at(&spectrum, spectrum.summit_near(4.3), 15.0);
+        assert!((near.f0_hz - 4.5).abs() < 0.05, "{}", near.f0_hz);
+        assert!((Peak::fit(&spectrum, 15.0).f0_hz - 1.5).abs() < 0.05);
+        let together = Spectrum::together(
+            &[Spectrum::of(&slow, 30.0), Spectrum::of(&fast, 30.0)],
+            &[0.25, 4.0],
+        );
+        assert!((together.peak_hz() - 4.5).abs() < 0.05);
+        assert!((together.amplitudes[9 * ZERO_PADDING] - 2.0).abs() < 0.05);
     }
 
     #[test]

@@ -33,7 +33,7 @@ const SHARES: [f64; 4] = [0.31, 0.2, 0.11, 0.08];
 
 fn run(scores: &Coefficients, fps: f64) -> SpectralAnalysis {
     let masks = MaskCounts { frames: scores.frames(), ..MaskCounts::default() };
-    analyse(scores, &SHARES, fps, masks, &Settings::default()).unwrap()
+    analyse(scores, &SHARES, fps, masks, &Settings::default(), None).unwrap()
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn two_components_in_phase_are_no_circle() {
 fn bad_masks_and_constant_components_are_said() {
     let scores = gait(100, 24.3, 0.1, 1);
     let masks = MaskCounts { frames: 100, bad: 60, ..MaskCounts::default() };
-    let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default()).unwrap();
+    let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), None).unwrap();
     assert_eq!(found.diagnosis.verdict, Verdict::Unusable);
     let flat = Coefficients::from_columns(&[scores.column(0), vec![0.0; 100]]).unwrap();
     let found = run(&flat, 25.0);
@@ -96,7 +96,7 @@ fn a_clip_of_flagged_masks_is_judged_by_what_they_are_flagged_for() {
     let scores = gait(100, 24.3, 0.1, 1);
     let verdict = |flagged: usize, uncertain: usize| {
         let masks = MaskCounts { frames: 100, bad: 0, flagged, uncertain };
-        let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default()).unwrap();
+        let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), None).unwrap();
         let said = found.diagnosis.reasons.iter().any(|r| r.to_string().contains("are flagged"));
         (found.diagnosis.verdict, said, found.diagnosis.advice.is_empty())
     };
@@ -110,11 +110,12 @@ fn a_clip_of_flagged_masks_is_judged_by_what_they_are_flagged_for() {
 fn frame_rates_that_are_none_are_refused() {
     let scores = gait(30, 10.0, 0.0, 1);
     for fps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let found = analyse(&scores, &SHARES, fps, MaskCounts::default(), &Settings::default());
+        let found =
+            analyse(&scores, &SHARES, fps, MaskCounts::default(), &Settings::default(), None);
         assert!(matches!(found, Err(Error::BadFrameRate { .. })));
     }
     let three = gait(3, 10.0, 0.0, 1);
-    let found = analyse(&three, &SHARES, 25.0, MaskCounts::default(), &Settings::default());
+    let found = analyse(&three, &SHARES, 25.0, MaskCounts::default(), &Settings::default(), None);
     assert!(matches!(found, Err(Error::TooFewMasks { frames: 3 })));
 }
 

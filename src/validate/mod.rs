@@ -22,11 +22,11 @@ use crate::interpolate::blend;
 use crate::keys::KeySettings;
 use crate::numeric::Coefficients;
 use crate::pipeline::{
-    KeyRequest, analyse_masks, choose, choose_by_phase, interpolation_weights, resolved_method,
+    KeyRequest, Trends, analyse_masks, choose, choose_by_phase, interpolation_weights,
+    resolved_method,
 };
 use crate::rig::{NodePose, Pose, mean_rotation};
 use crate::shot::{Animation, Method, PhaseTable};
-use crate::silhouette::TrendRemoval;
 use crate::spectrum;
 
 /// The frame rate names the frames' times; nothing depends on it.
@@ -145,7 +145,7 @@ pub fn validate(
     let masks = truth.masks(&settings.shooting);
     let most = settings.components.iter().copied().max().unwrap_or(1).max(5);
     let analysing = spectrum::Settings { gait: settings.gait, ..spectrum::Settings::default() };
-    let analysis = analyse_masks(&masks, FPS, most, TrendRemoval::Auto, &analysing)?;
+    let analysis = analyse_masks(&masks, FPS, most, Trends::default(), &analysing)?;
     let phase = analysis.gait.as_ref().map(PhaseTable::of);
     let method = resolved_method(settings.method, settings.partners, phase.is_some())?;
     let joints = rotating_joints(&truth.driven);

@@ -94,5 +94,11 @@ pub(crate) fn text(d: &StoredDiagnosis) -> String {
             trend.change
         ));
     }
+    if let Some(drift) = d.shape_drift.filter(|d| d.removed) {
+        text.push_str(&format!(
+            "slow changes of shape, {:.0} % of the silhouettes' variation, were removed\n",
+            100.0 * drift.share
+        ));
+    }
     text
 }
