@@ -2,19 +2,21 @@
 //! them.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
 use super::Options;
+use super::kept::{Kept, Said};
 use super::segment::{Work, stroke_radius};
 use crate::error::{Error, Result};
-use crate::frames::strokes::{self, Said};
+use crate::frames::strokes::{self, Said as Drawn};
 use crate::frames::{FrameSource, read_ahead};
 use crate::image::{Picture, Rectangle};
 use crate::mask::Mask;
 use crate::numeric::GridCut;
-use crate::shot::{CameraTable, Shot, Stage, paths, read};
+use crate::shot::{CameraTable, Shot, Stage, hash_file, paths, read};
 use crate::silhouette::{
     ClipSegmenter, FrameReport, Labels, Method, STRETCH_FRAMES, Segmenter, flag_area_jumps,
     flag_occlusions, report_of_corrected_mask,
@@ -25,14 +27,15 @@ use crate::silhouette::{
 const BATCH: usize = 8;
 const AHEAD: usize = 4;
 
-/// The masks that a person repainted, by their files. Forced work overwrites them, so they say
+/// The masks that a person repainted, files relative to the shot. Forced work overwrites them, so they say
 /// nothing then.
-pub(super) fn corrected_masks(shot: &Shot, options: Options) -> Result<Vec<PathBuf>> {
+pub(super) fn corrected_masks(shot: &Shot, options: Options) -> Result<Vec<String>> {
     if options.force {
         return Ok(Vec::new());
     }
-    let edited = shot.edited_files(Stage::Segment)?;
-    Ok(edited.iter().filter(|f| frame_of(f).is_some()).map(|f| shot.path(f)).collect())
+    let mut edited = shot.edited_files(Stage::Segment)?;
+    edited.retain(|f| frame_of(f).is_some());
+    Ok(edited)
 }
 
 /// The frame whose mask a file of the shot is.
@@ -49,6 +52,9 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
         return by_colour(shot, corrected, seen, rectangles, work);
     }
     let mut again = open(shot)?;
+    let said = said(shot, corrected, (seen.width(), seen.height()))?;
+    let mut kept = Kept::load(shot, &said, work.options.force)?;
+    let mut said = Some(labels(said));
     let mut segmenter: Option<ClipSegmenter> = None;
     let mut observed = 0;
     loop {
@@ -65,7 +71,7 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
                     rectangles.1,
                     shot.fps(),
                     &shot.settings.silhouette,
-                    labels(shot, corrected, (first.width(), first.height()))?,
+                    said.take().unwrap_or_default(),
                 )?),
             };
             segmenter.observe(&pictures);
@@ -74,12 +80,19 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
             work.step((start + observed) / 2)?;
         }
         let Some(segmenter) = segmenter.as_mut().filter(|_| observed > start) else { break };
+        let mut plan = kept.plan(shot, start..observed);
+        if let Some(base) = plan.base.take() {
+            segmenter.recall(base, plan.drafts);
+        }
         let middle = (start + observed) / 2;
         if !segmenter.draft(&|_, _| work.step(middle).is_ok()) {
             return Err(Error::Interrupted);
         }
-        outline(segmenter, again.as_mut(), start..observed, work)?;
+        let stretch = Stretch { frames: start..observed, stay: plan.stay };
+        outline(segmenter, again.as_mut(), stretch, &mut kept, work)?;
+        kept.finish_stretch(segmenter.base());
     }
+    kept.now().put(&mut work.writer)?;
     // Masks from a person are not doubted; the segmenter's own may have slipped for some frames.
     flag_occlusions(&mut work.reports);
     flag_area_jumps(&mut work.reports);
@@ -100,16 +113,14 @@ fn by_colour(
     work: &mut Work,
 ) -> Result<()> {
     let settings = &shot.settings.silhouette;
-    let mut started: Option<(Segmenter, BTreeMap<usize, Labels>)> = None;
+    let labels = labels(said(shot, corrected, (footage.width(), footage.height()))?);
+    let mut started: Option<Segmenter> = None;
     loop {
         let pictures = next_pictures(footage.as_mut(), BATCH)?;
         let Some(first) = pictures.first() else { break };
-        let (segmenter, labels) = match &mut started {
+        let segmenter = match &mut started {
             Some(started) => started,
-            none => none.insert((
-                Segmenter::new(first, rectangles.0, rectangles.1, settings)?,
-                labels(shot, corrected, (first.width(), first.height()))?,
-            )),
+            none => none.insert(Segmenter::new(first, rectangles.0, rectangles.1, settings)?),
         };
         let candidates: Vec<Mask> =
             pictures.par_iter().map(|picture| segmenter.candidates(picture)).collect();
@@ -121,6 +132,7 @@ fn by_colour(
                 report = report_of_corrected_mask(frame, &mask);
             }
             work.store(&mask.to_png()?, report)?;
+            work.made += 1;
             work.step(frame + 1)?;
         }
     }
@@ -129,34 +141,49 @@ fn by_colour(
     Ok(())
 }
 
+/// A stretch, with the mask files of frames that stay as they are.
+struct Stretch {
+    frames: Range<usize>,
+    stay: Vec<Option<Vec<u8>>>,
+}
+
 /// The second reading of a stretch.
 fn outline(
     segmenter: &ClipSegmenter,
     footage: &mut dyn FrameSource,
-    stretch: std::ops::Range<usize>,
+    mut stretch: Stretch,
+    kept: &mut Kept,
     work: &mut Work,
 ) -> Result<()> {
-    let mut next = stretch.start;
-    while next < stretch.end {
-        let wanted = BATCH.min(stretch.end - next);
+    let Range { start, end } = stretch.frames.clone();
+    let mut next = start;
+    while next < end {
+        let wanted = BATCH.min(end - next);
         let pictures = next_pictures(footage, wanted)?;
         if pictures.len() < wanted {
             // It ended sooner the second time, so it was changed meanwhile.
             return Err(Error::SourceChanged { frame: next + pictures.len() });
         }
-        let outlined: Vec<(Vec<u8>, FrameReport)> = pictures
+        let outlined: Vec<Option<(Vec<u8>, FrameReport)>> = pictures
             .par_iter()
             .enumerate()
             .map_init(GridCut::new, |cut, (at, picture)| {
+                if stretch.stay[next - start + at].is_some() {
+                    return Ok(None);
+                }
                 let (mask, report) = segmenter.outline(next + at, picture, cut);
-                Ok((mask.to_png()?, report))
+                Ok(Some((mask.to_png()?, report)))
             })
             .collect::<Result<_>>()?;
-        next += wanted;
-        for (png, report) in outlined {
+        for (t, outlined) in (next..).zip(outlined) {
+            let stays = stretch.stay[t - start].take().zip(kept.report(t));
+            work.made += usize::from(stays.is_none());
+            let Some((png, report)) = stays.or(outlined) else { continue };
+            kept.note(&stretch.frames, &png, report);
             work.store(&png, report)?;
         }
-        work.step((stretch.end + next).div_ceil(2))?;
+        next += wanted;
+        work.step((end + next).div_ceil(2))?;
     }
     Ok(())
 }
@@ -192,19 +219,20 @@ fn rectangles(shot: &Shot) -> Result<(Rectangle, Rectangle)> {
     }
 }
 
+fn labels(said: BTreeMap<usize, Said>) -> BTreeMap<usize, Labels> {
+    said.into_iter().map(|(t, said)| (t, said.labels)).collect()
+}
+
 /// What a person said of some frames: repainted masks, and strokes where the mask was not
 /// repainted. A mask painted empty says that the animal is not there, which is kept but teaches
 /// nothing.
-fn labels(
-    shot: &Shot,
-    corrected: &[PathBuf],
-    size: (usize, usize),
-) -> Result<BTreeMap<usize, Labels>> {
-    let mut labels = BTreeMap::new();
+fn said(shot: &Shot, corrected: &[PathBuf], size: (usize, usize)) -> Result<BTreeMap<usize, Said>> {
+    let mut said = BTreeMap::new();
     let offset = shot.range()?.map_or(0, |r| r.first());
     for (number, path) in shot.strokes()? {
         if let Some(frame) = number.checked_sub(offset) {
-            labels.insert(frame, stroke_labels(shot, &path, number, size)?);
+            let labels = stroke_labels(shot, &path, number, size)?;
+            said.insert(frame, Said { labels, hash: hash_file(&path)? });
         }
     }
     for path in corrected {
@@ -217,19 +245,19 @@ fn labels(
         if found != size {
             return Err(Error::MaskSize { frame, found, expected: size });
         }
-        labels.insert(frame, Labels::whole(&mask));
+        said.insert(frame, Said { labels: Labels::whole(&mask), hash: hash_file(path)? });
     }
-    Ok(labels)
+    Ok(said)
 }
 
 /// Strokes over footage: white is animal and is thickened; black, where the picture has
 /// transparency to tell it from unsaid, is background.
 fn stroke_labels(shot: &Shot, path: &Path, frame: usize, size: (usize, usize)) -> Result<Labels> {
     let read = strokes::read(path, frame, Some(size))?;
-    let drawn = |said: Said| {
+    let drawn = |said: Drawn| {
         Mask::from_fn(read.width, read.height, |x, y| read.said[y * read.width + x] == said)
     };
-    let background = drawn(Said::Background);
-    let thick = drawn(Said::Foreground).dilated(stroke_radius(shot, read.width, read.height));
+    let background = drawn(Drawn::Background);
+    let thick = drawn(Drawn::Foreground).dilated(stroke_radius(shot, read.width, read.height));
     Ok(Labels { animal: thick.and_not(&background), background })
 }

@@ -11,6 +11,7 @@ mod demo;
 mod drift;
 mod feet;
 mod footage;
+mod kept;
 mod new;
 mod progress;
 mod segment;

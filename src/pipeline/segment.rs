@@ -30,6 +30,8 @@ pub struct SegmentSummary {
     pub kept: Vec<String>,
     /// Whether anything had to be done.
     pub ran: bool,
+    /// Masks that were made in this run; the others stayed as they were.
+    pub made: usize,
 }
 
 /// One frame's silhouette, for people and programs.
@@ -65,7 +67,7 @@ pub struct FlaggedLine {
 }
 
 impl SegmentSummary {
-    fn of(reports: &[FrameReport], fps: f64, outcome: Outcome) -> Self {
+    fn of(reports: &[FrameReport], fps: f64, outcome: Outcome, made: usize) -> Self {
         let line = |r: &FrameReport| SilhouetteLine {
             frame: r.frame,
             time_s: r.frame as f64 / fps,
@@ -88,6 +90,7 @@ impl SegmentSummary {
             correct_next: least_sure(reports),
             kept: outcome.kept,
             ran: outcome.ran,
+            made,
         }
     }
 }
@@ -97,7 +100,8 @@ impl SegmentSummary {
 /// # Errors
 /// Whatever the source fails with; [`Error::NoRectangles`] for footage without rectangles.
 pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
-    let corrected = corrected_masks(shot, options)?;
+    let by_hand = corrected_masks(shot, options)?;
+    let corrected: Vec<PathBuf> = by_hand.iter().map(|f| shot.path(f)).collect();
     let reads = Reads::from([
         ("source".to_owned(), shot.source_hash()?),
         ("settings".to_owned(), hash_value(&(&shot.settings.source, &shot.settings.silhouette))),
@@ -107,13 +111,15 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     ]);
     if !options.force && shot.freshness(Stage::Segment, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Segment)? };
-        return summary(shot, outcome);
+        return summary(shot, outcome, 0);
     }
     let mut work = Work {
         writer: shot.begin(Stage::Segment, reads, options.force)?,
         reports: Vec::new(),
         options,
         total: None,
+        made: 0,
+        by_hand,
     };
     match shot.input()? {
         Input::Mattes => from_mattes(shot, &mut work)?,
@@ -126,7 +132,7 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     let table = SilhouetteTable { reports: work.reports };
     work.writer.put(paths::SILHOUETTES, table.to_csv(shot.fps()).as_bytes())?;
     let written = work.writer.commit()?;
-    summary(shot, Outcome { ran: true, kept: written.kept })
+    summary(shot, Outcome { ran: true, kept: written.kept }, work.made)
 }
 
 /// Masks on their way to the folder.
@@ -136,18 +142,28 @@ pub(super) struct Work<'a> {
     pub(super) options: Options<'a>,
     /// Number of frames, where it is known before they are read.
     pub(super) total: Option<usize>,
+    /// Masks that did not just stay as they were.
+    pub(super) made: usize,
+    /// The masks that a person repainted.
+    by_hand: Vec<String>,
 }
 
 impl Work<'_> {
     /// Takes in the mask of the next frame.
     fn put(&mut self, mask: &Mask, report: FrameReport) -> Result<()> {
         self.store(&mask.to_png()?, report)?;
+        self.made += 1;
         self.step(self.reports.len())
     }
 
     /// The same of a mask that is encoded already, without telling the progress.
     pub(super) fn store(&mut self, png: &[u8], report: FrameReport) -> Result<()> {
-        self.writer.put(&paths::mask(self.reports.len()), png)?;
+        let file = paths::mask(self.reports.len());
+        if self.by_hand.contains(&file) {
+            self.writer.leave(&file);
+        } else {
+            self.writer.put(&file, png)?;
+        }
         self.reports.push(report);
         Ok(())
     }
@@ -209,8 +225,8 @@ pub(super) fn stroke_radius(shot: &Shot, width: usize, height: usize) -> usize {
     }
 }
 
-fn summary(shot: &Shot, outcome: Outcome) -> Result<SegmentSummary> {
-    Ok(SegmentSummary::of(&shot.frame_reports()?, shot.fps(), outcome))
+fn summary(shot: &Shot, outcome: Outcome, made: usize) -> Result<SegmentSummary> {
+    Ok(SegmentSummary::of(&shot.frame_reports()?, shot.fps(), outcome, made))
 }
 
 #[cfg(test)]
@@ -226,7 +242,7 @@ mod tests {
             masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
         reports[1].flags.insert(Flag::Occluded);
         reports[3].confidence = 0.3;
-        let found = SegmentSummary::of(&reports, 10.0, Outcome::default());
+        let found = SegmentSummary::of(&reports, 10.0, Outcome::default(), 0);
         let flagged: Vec<_> = found.flagged.iter().map(|f| (f.flag, f.frames.clone())).collect();
         assert_eq!(flagged, [("at_border", vec![1, 2]), ("occluded", vec![1])]);
         assert_eq!((found.frames, found.correct_next), (4, Some(3)));

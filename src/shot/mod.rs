@@ -1,6 +1,7 @@
 //! The shot folder: where every file of a shot is, and how it is loaded and saved. No algorithm.
 
 mod camera;
+mod drafts;
 mod lock;
 mod phase_table;
 mod record;
@@ -16,6 +17,7 @@ mod template;
 use std::path::{Path, PathBuf};
 
 pub use camera::CameraTable;
+pub use drafts::{KeptDrafts, KeptFrame};
 pub use lock::Lock;
 pub use phase_table::PhaseTable;
 pub use record::{Freshness, Reads, StageWriter, Written};

@@ -18,6 +18,9 @@ use crate::error::{Error, Result};
 /// The folder inside a shot that holds records, staging areas and the lock.
 pub(super) const STATE_FOLDER: &str = ".muybridge";
 
+/// Stands for the hash of a file that is left to its maker; no file has it.
+const BY_HAND: &str = "by hand";
+
 /// What a stage depends on: a name ("settings", "masks") and the BLAKE3 hash of its content.
 pub type Reads = BTreeMap<String, String>;
 
@@ -150,6 +153,12 @@ impl StageWriter {
         Ok(())
     }
 
+    /// Leaves a file that a person made as it is, and by hand: even when the stage would have made the
+    /// same.
+    pub fn leave(&mut self, file: &str) {
+        self.made.insert(file.to_owned(), BY_HAND.to_owned());
+    }
+
     /// Puts all staged files in place, removes those an earlier run made and this one did not,
     /// and records what was read.
     ///
@@ -161,9 +170,9 @@ impl StageWriter {
         save(&self.shot, self.stage, &known)?;
 
         let mut written = Written::default();
-        for file in self.made.keys() {
+        for (file, hash) in &self.made {
             let target = self.shot.join(file);
-            if self.is_by_hand(&known, file)? {
+            if hash == BY_HAND || self.is_by_hand(&known, file)? {
                 written.kept.push(file.clone());
                 continue;
             }
@@ -253,6 +262,25 @@ mod tests {
         assert_eq!(run(shot, "c", &[("masks/1", "one c")], false).kept, ["masks/1"]);
         assert!(run(shot, "d", &[("masks/1", "one d")], true).kept.is_empty());
         assert_eq!(text(shot, "masks/1"), "one d");
+    }
+
+    #[test]
+    fn a_file_left_to_its_maker_stays_by_hand_whatever_the_stage_would_make() {
+        let dir = tempfile::tempdir().unwrap();
+        let shot = dir.path();
+        run(shot, "a", &[("masks/0", "zero"), ("masks/1", "one")], false);
+        fs::write(shot.join("masks/1"), "painted").unwrap();
+        for value in ["b", "c"] {
+            let mut writer = StageWriter::new(shot, Stage::Segment, reads(value), false).unwrap();
+            writer.put("masks/0", b"painted").unwrap();
+            writer.leave("masks/1");
+            assert_eq!(writer.commit().unwrap().kept, ["masks/1"]);
+            assert_eq!(text(shot, "masks/1"), "painted");
+            assert_eq!(edited_files(shot, Stage::Segment).unwrap(), ["masks/1"]);
+            assert_eq!(freshness(shot, Stage::Segment, &reads(value)), Freshness::UpToDate);
+        }
+        assert!(run(shot, "d", &[("masks/1", "one")], true).kept.is_empty());
+        assert_eq!(text(shot, "masks/1"), "one");
     }
 
     #[test]

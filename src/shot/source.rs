@@ -120,7 +120,10 @@ impl Shot {
     pub fn strokes_folder(&self) -> Option<PathBuf> {
         match &self.settings.source.strokes {
             Some(folder) => Some(self.path(folder)),
-            None => Some(self.path("strokes")).filter(|p| p.is_dir()),
+            // When the last stroke is taken back, its folder stays.
+            None => Some(self.path("strokes")).filter(|folder| {
+                std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some())
+            }),
         }
     }
 
@@ -137,6 +140,20 @@ impl Shot {
     /// # Errors
     /// When a source is missing or cannot be read.
     pub fn source_hash(&self) -> Result<String> {
+        let mut files = self.source_files()?;
+        files.extend(self.strokes()?.into_iter().map(|(_, path)| path));
+        hash_files(&files)
+    }
+
+    /// The same without the strokes: a hash of what was filmed.
+    ///
+    /// # Errors
+    /// As [`source_hash`](Self::source_hash).
+    pub fn footage_hash(&self) -> Result<String> {
+        hash_files(&self.source_files()?)
+    }
+
+    fn source_files(&self) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         match self.input()? {
             Input::Mattes => files.extend_from_slice(self.mattes()?.files()),
@@ -145,8 +162,7 @@ impl Shot {
             }
             Input::Footage | Input::Strokes => {}
         }
-        files.extend(self.strokes()?.into_iter().map(|(_, path)| path));
-        hash_files(&files)
+        Ok(files)
     }
 
     /// The mask files in the folder, in order; the frames must be 0, 1, 2… without a gap.

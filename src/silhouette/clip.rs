@@ -12,8 +12,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::base_drafts::BaseDrafts;
 use super::correction::Labels;
-use super::drafts::{Clip, Drafted};
+use super::drafts::{Clip, Corrected, Drafted};
 use super::expected::bytes;
 use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
 use super::lab_image::{LabImage, reduced};
@@ -64,6 +65,9 @@ pub struct ClipSegmenter {
     /// The stretch's camera, pixels of the sketch, and the whole clip's, pixels of the footage.
     path: CameraPath,
     camera: CameraPath,
+    /// What an earlier run left of the stretch, and the frames whose drafts are wanted.
+    recalled: Option<BaseDrafts>,
+    wanted: Vec<bool>,
 }
 
 impl ClipSegmenter {
@@ -98,6 +102,8 @@ impl ClipSegmenter {
             drafted: None,
             path: CameraPath::default(),
             camera: CameraPath::default(),
+            recalled: None,
+            wanted: Vec::new(),
         })
     }
 
@@ -127,48 +133,97 @@ impl ClipSegmenter {
         self.labels = labels;
     }
 
+    /// Takes over what an earlier run with other corrections knew of the observed stretch, so that the
+    /// next [`draft`](Self::draft) only works over the stretches between corrections that hold a
+    /// `wanted` frame (one entry a frame). Only wanted frames can be outlined then. Without corrections
+    /// the drafts are made anew, unless no frame is wanted.
+    pub fn recall(&mut self, base: BaseDrafts, wanted: Vec<bool>) {
+        let frames = self.frames.len();
+        let corrected = self.labels.range(self.first..self.first + frames).next().is_some();
+        let useful = corrected || !wanted.contains(&true);
+        let fits = base.masks.len() == frames
+            && base.path.steps().len() == frames
+            && wanted.len() == frames
+            && base.masks.iter().all(|m| (m.width(), m.height()) == self.sketch);
+        if fits && useful {
+            self.recalled = Some(base);
+            self.wanted = wanted;
+        }
+    }
+
+    /// What a later run with other corrections can [`recall`](Self::recall) of the stretch drafted
+    /// last.
+    #[must_use]
+    pub fn base(&self) -> Option<BaseDrafts> {
+        let masks: Vec<Mask> = self.base.as_ref()?.frames.iter().map(|d| d.mask.clone()).collect();
+        (masks.len() == self.frames.len()).then(|| BaseDrafts { path: self.path.clone(), masks })
+    }
+
     /// Works the observed stretch through; a second time only the corrections. `step` is told how
     /// many of how many parts of the work under way are done and stops it by `false`; then this
     /// returns `false`, and the stretch has no outlines.
     pub fn draft(&mut self, step: &dyn Fn(usize, usize) -> bool) -> bool {
         let fresh = self.base.is_none();
+        let recalled = self.recalled.take();
+        let wanted = std::mem::take(&mut self.wanted);
         if fresh {
-            let camera = self.follow_camera();
-            self.path = if camera.is_static(self.sketch) { camera.stilled() } else { camera };
+            self.path = match &recalled {
+                Some(base) => base.path.clone(),
+                None => self.settled_camera(),
+            };
             let scale = |whole: usize, sketch: usize| whole as f64 / sketch as f64;
             let up = (scale(self.size.0, self.sketch.0), scale(self.size.1, self.sketch.1));
             self.camera.extend(&self.path.rescaled(up));
         }
-        let range = self.first..self.first + self.frames.len();
-        let labels = self
-            .labels
-            .range(range)
-            .map(|(t, labels)| (t - self.first, labels.resized(self.sketch)))
-            .collect();
-        let clip = Clip {
-            frames: std::mem::take(&mut self.frames),
-            from_first: self.path.from_first().iter().map(|m| *m.matrix()).collect(),
-            labels,
-            fps: self.fps,
-            seed: self.seed,
-        };
+        let clip = self.clip();
         let go_on = Cell::new(true);
         let told = |done: usize, all: usize| {
             go_on.set(go_on.get() && step(done, all));
             go_on.get()
         };
-        if fresh {
-            // Nothing to learn from: no frame has an outline.
-            let nothing = Drafted { frames: Vec::new(), cues: Vec::new() };
-            self.base = Some(Arc::new(clip.base(&self.guesses, &told).unwrap_or(nothing)));
+        let known = recalled.is_some();
+        if let Some(base) = recalled {
+            self.base = Some(Arc::new(Drafted::remembered(base.masks)));
+        } else if fresh {
+            self.base = Some(clip.drafted(&self.guesses, &told));
         }
-        self.drafted = self.base.as_ref().and_then(|base| clip.corrected(base, &told));
+        let wanted = |t: usize| wanted.get(t).copied().unwrap_or(true);
+        let mut found = self.base.as_ref().map(|base| clip.corrected(base, &wanted, &told));
+        if known && matches!(found, Some(Corrected::InPart(_))) {
+            // The frames that keep their base drafts need more of them than was remembered.
+            let base = clip.drafted(&self.guesses, &told);
+            found = Some(clip.corrected(&base, &wanted, &told));
+            self.base = Some(base);
+        }
+        self.drafted = match found {
+            Some(Corrected::Done(drafted) | Corrected::InPart(drafted)) => Some(drafted),
+            Some(Corrected::Stopped) | None => None,
+        };
         self.frames = clip.frames;
         if !go_on.get() {
             self.base = None;
             self.drafted = None;
         }
         go_on.get()
+    }
+
+    /// The observed stretch at sketch size; its frames are lent out until they are put back.
+    fn clip(&mut self) -> Clip {
+        let range = self.first..self.first + self.frames.len();
+        let labels = self.labels.range(range);
+        Clip {
+            labels: labels.map(|(t, l)| (t - self.first, l.resized(self.sketch))).collect(),
+            frames: std::mem::take(&mut self.frames),
+            from_first: self.path.from_first().iter().map(|m| *m.matrix()).collect(),
+            fps: self.fps,
+            seed: self.seed,
+        }
+    }
+
+    /// The camera's motion, without the estimate's own drift where it stands still.
+    fn settled_camera(&self) -> CameraPath {
+        let camera = self.follow_camera();
+        if camera.is_static(self.sketch) { camera.stilled() } else { camera }
     }
 
     /// The camera's motion over all stretches drafted so far, pixels of the footage.

@@ -85,7 +85,36 @@ pub(super) struct Drafted {
     pub(super) cues: Vec<Cues>,
 }
 
+impl Drafted {
+    /// Drafts of which nothing but the masks is remembered: corrections can work them over, but they
+    /// cannot be outlined themselves.
+    pub(super) fn remembered(masks: Vec<Mask>) -> Self {
+        let draft = |mask| Draft { mask, plate: PlateDistances::nowhere(), cues: 0, carried: None };
+        Self { frames: masks.into_iter().map(draft).collect(), cues: Vec::new() }
+    }
+}
+
+/// How working over with corrections ended.
+pub(super) enum Corrected {
+    /// All wanted frames have new drafts.
+    Done(Arc<Drafted>),
+    /// Some frames keep their base drafts: their corrections teach nothing.
+    InPart(Arc<Drafted>),
+    /// It was stopped.
+    Stopped,
+}
+
 impl Clip {
+    /// The base drafts; where there is nothing to learn from, no frame has one.
+    pub(super) fn drafted(
+        &self,
+        guesses: &[Mask],
+        step: &dyn Fn(usize, usize) -> bool,
+    ) -> Arc<Drafted> {
+        let nothing = Drafted { frames: Vec::new(), cues: Vec::new() };
+        Arc::new(self.base(guesses, step).unwrap_or(nothing))
+    }
+
     /// Drafts from first guesses, without corrections. `None` when the guesses hold too little to
     /// learn anything from, or when stopped: `step` is called before each part of the work with its
     /// number and the number of parts, and stops it by `false`.
@@ -111,29 +140,40 @@ impl Clip {
         drafted
     }
 
-    /// The base drafts worked over with the corrections; `None` when stopped.
+    /// The base drafts worked over with the corrections, but for stretches of which no frame is
+    /// `wanted`.
     pub(super) fn corrected(
         &self,
         base: &Arc<Drafted>,
+        wanted: &dyn Fn(usize) -> bool,
         step: &dyn Fn(usize, usize) -> bool,
-    ) -> Option<Arc<Drafted>> {
-        let spans = self.spans();
+    ) -> Corrected {
+        let mut spans = self.spans();
+        spans.retain(|(span, _)| span.clone().any(wanted));
         let parts = spans.len();
         if parts == 0 {
-            return Some(Arc::clone(base));
+            return Corrected::Done(Arc::clone(base));
         }
-        let mut drafted = Drafted::clone(base);
+        let mut drafted = if base.frames.is_empty() {
+            // Two rectangles found no animal; what a person drew may.
+            let nothing = |f: &LabImage| Mask::new(f.width(), f.height());
+            Drafted::remembered(self.frames.iter().map(nothing).collect())
+        } else {
+            Drafted::clone(base)
+        };
         let masks = repaired(filled(
             &self.from_first,
-            base.frames.iter().map(|d| d.mask.clone()).collect(),
+            drafted.frames.iter().map(|d| d.mask.clone()).collect(),
         ));
+        let mut whole = true;
         for (at, (span, truths)) in spans.into_iter().enumerate() {
             if !step(at, parts) {
-                return None;
+                return Corrected::Stopped;
             }
-            self.correct(&mut drafted, &masks, span, &truths);
+            whole &= self.correct(&mut drafted, &masks, span, &truths);
         }
-        Some(Arc::new(drafted))
+        let drafted = Arc::new(drafted);
+        if whole { Corrected::Done(drafted) } else { Corrected::InPart(drafted) }
     }
 
     /// The stretches between corrected frames, each with the corrections at its ends, which it
@@ -150,15 +190,22 @@ impl Clip {
         spans
     }
 
-    /// Works a stretch over with what the corrections at its ends say.
-    fn correct(&self, drafted: &mut Drafted, base: &[Mask], span: Range<usize>, truths: &[usize]) {
+    /// Works a stretch over with what the corrections at its ends say; `false` when they do not teach
+    /// enough for it.
+    fn correct(
+        &self,
+        drafted: &mut Drafted,
+        base: &[Mask],
+        span: Range<usize>,
+        truths: &[usize],
+    ) -> bool {
         let mut masks = base.to_vec();
         for &t in truths {
             masks[t] = self.labels[&t].applied_to(&masks[t]);
         }
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let Some((found, cues)) = self.round(span.clone(), &masks, truths, false) else {
-                return;
+                return round > 0;
             };
             for (t, mut draft) in span.clone().zip(found) {
                 draft.cues = drafted.cues.len();
@@ -167,6 +214,7 @@ impl Clip {
             }
             drafted.cues.push(cues);
         }
+        true
     }
 
     /// One round over the frames of `span`: plates, cues, cuts.

@@ -2,6 +2,7 @@
 //! animal, the window about it, and the removal of a slow trend of scale (seed 003, section 2.2).
 
 mod area_jumps;
+mod base_drafts;
 mod clip;
 mod colour;
 mod colour_table;
@@ -25,6 +26,7 @@ mod warp;
 mod window;
 
 pub use area_jumps::{area_jumps, flag_area_jumps};
+pub use base_drafts::BaseDrafts;
 pub use clip::{ClipSegmenter, STRETCH_FRAMES};
 pub use colour::{ColourModels, ColourSettings};
 pub use correction::Labels;

@@ -50,6 +50,12 @@ struct Behind {
 }
 
 impl PlateDistances {
+    /// Of nothing: what is not known of a draft that was only remembered.
+    pub(super) fn nowhere() -> Self {
+        let region = Region { left: 0, top: 0, right: 0, bottom: 0 };
+        Self { region, shown: Vec::new(), behind: None }
+    }
+
     /// Distance from the background at a pixel of the frame; [`UNKNOWN`] outside the region.
     #[inline]
     pub(super) fn shown(&self, x: usize, y: usize) -> u8 {

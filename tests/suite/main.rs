@@ -7,6 +7,7 @@
 mod bvh;
 mod cli;
 mod cli_input;
+mod corrections;
 mod data;
 mod export;
 mod feet;
