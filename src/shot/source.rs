@@ -132,11 +132,11 @@ impl Shot {
         self.strokes_folder().map_or(Ok(Vec::new()), |folder| numbered_files(&folder))
     }
 
-    /// A hash of everything the masks are made from.
+    /// Every file that the masks are made from, strokes last; none for the built-in animal.
     ///
     /// # Errors
-    /// When a source is missing or cannot be read.
-    pub fn source_hash(&self) -> Result<String> {
+    /// When a source is missing.
+    pub fn source_files(&self) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         match self.input()? {
             Input::Mattes => files.extend_from_slice(self.mattes()?.files()),
@@ -146,7 +146,15 @@ impl Shot {
             Input::Footage | Input::Strokes => {}
         }
         files.extend(self.strokes()?.into_iter().map(|(_, path)| path));
-        hash_files(&files)
+        Ok(files)
+    }
+
+    /// A hash of everything the masks are made from.
+    ///
+    /// # Errors
+    /// When a source is missing or cannot be read.
+    pub fn source_hash(&self) -> Result<String> {
+        hash_files(&self.source_files()?)
     }
 
     /// The mask files in the folder, in order; the frames must be 0, 1, 2… without a gap.
@@ -165,6 +173,15 @@ impl Shot {
             }
         }
         Ok(numbered.into_iter().map(|(_, path)| path).collect())
+    }
+
+    /// The mask of frame 0, which tells the size of all.
+    ///
+    /// # Errors
+    /// When it is missing or unreadable.
+    pub fn first_mask(&self) -> Result<Mask> {
+        let path = self.path(&super::paths::mask(0));
+        Mask::from_image_bytes(&path, &read(&path)?)
     }
 
     /// All masks.
