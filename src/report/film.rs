@@ -186,8 +186,7 @@ mod tests {
     fn corners(path: &str) -> Vec<Vec<(i32, i32)>> {
         let polygon = |text: &str| {
             let spaced = text.replace('l', " ").replace('-', " -");
-            let numbers: Vec<i32> =
-                spaced.split_whitespace().map(|n| n.parse().unwrap()).collect();
+            let numbers: Vec<i32> = spaced.split_whitespace().map(|n| n.parse().unwrap()).collect();
             let mut at = (0, 0);
             numbers
                 .chunks(2)
@@ -203,7 +202,9 @@ mod tests {
     #[test]
     fn an_outline_runs_through_the_corners_of_box_and_hole() {
         let mask = Mask::from_fn(60, 40, |x, y| {
-            (10..50).contains(&x) && (5..35).contains(&y) && !((20..30).contains(&x) && (15..25).contains(&y))
+            (10..50).contains(&x)
+                && (5..35).contains(&y)
+                && !((20..30).contains(&x) && (15..25).contains(&y))
         });
         let polygons = corners(&outline(&mask, (60, 40)));
         assert_eq!(polygons.len(), 2);
@@ -222,7 +223,9 @@ mod tests {
         let usual = plan((854, 480), 137, 4_000_000);
         assert_eq!(usual.1, 1);
         assert!(usual.0.0 >= 320, "{usual:?}");
-        for (frames, own) in [(137, (854, 480)), (20, (4096, 2160)), (5000, (854, 480)), (1, (8, 9))] {
+        for (frames, own) in
+            [(137, (854, 480)), (20, (4096, 2160)), (5000, (854, 480)), (1, (8, 9))]
+        {
             let planned = plan(own, frames, 4_000_000);
             assert!(letters(frames, planned) < 4_080_000.0, "{frames}: {planned:?}");
             assert!(planned.0.0.max(planned.0.1) <= 480);

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::rig::{Clip, File, Look, Skin, SkinWeights, Surface};
 
 mod glb;
-mod texture;
+pub(super) mod texture;
 
 use glb::Glb;
 
@@ -109,11 +109,8 @@ fn hang_up(document: &mut Value, surfaces: &[Surface]) {
 }
 
 fn skin_value(skin: &Skin, glb: &mut Glb) -> Value {
-    let matrices: Vec<[f64; 16]> = skin
-        .inverse_bind
-        .iter()
-        .map(|m| std::array::from_fn(|i| m.as_slice()[i]))
-        .collect();
+    let matrices: Vec<[f64; 16]> =
+        skin.inverse_bind.iter().map(|m| std::array::from_fn(|i| m.as_slice()[i])).collect();
     json!({"joints": skin.joints, "inverseBindMatrices": glb.floats("MAT4", &matrices)})
 }
 

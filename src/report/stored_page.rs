@@ -5,6 +5,8 @@ mod asked;
 mod player;
 mod settings;
 
+pub(super) use player::heading;
+
 use super::drawing::EIGEN_SHEET;
 use super::embedded::Embedded;
 use super::film::film;
@@ -180,8 +182,7 @@ pub(super) fn page_data(shot: &Shot, plots: Plots, files: &Reads) -> Result<Page
     let keys = stored_keys(shot)?;
     let diagnosis = has(shot, paths::DIAGNOSIS).then(|| shot.diagnosis()).transpose()?;
     let stored = has(shot, paths::ANIMATION).then(|| shot.animation()).transpose()?;
-    let reports =
-        if has(shot, paths::SILHOUETTES) { shot.frame_reports()? } else { Vec::new() };
+    let reports = if has(shot, paths::SILHOUETTES) { shot.frame_reports()? } else { Vec::new() };
     let mut warnings = asked::warnings(shot, &reports, stored.as_ref())?;
     let inputs = asked::inputs(shot, &mut warnings)?;
     let mut data = PageData {
@@ -236,7 +237,8 @@ fn add_film(
     let room = PAGE_LETTERS.saturating_sub(TEXT_LETTERS + data.plots.size() + data.pictures.size());
     let film = film(shot, &masks, room * FILM_SHARE / 100)?;
     data.strip = player::strip(&film, reports, shot.fps());
-    let strip: usize = data.strip.iter().map(|s| s.picture.as_ref().map_or(0, Embedded::size)).sum();
+    let strip: usize =
+        data.strip.iter().map(|s| s.picture.as_ref().map_or(0, Embedded::size)).sum();
     let outlines: usize = film.outlines.iter().map(String::len).sum();
     let left = room.saturating_sub(film.letters() + strip + outlines);
     let rig = stored.map(|a| player::rig(shot, a, left)).transpose()?;
@@ -303,7 +305,7 @@ fn key_summary(shot: &Shot, keys: &StoredKeys) -> KeySummary {
                 "Spread over the gait phase; error to expect: {:.0} % of the motion",
                 100.0 * share
             ),
-            None => keys.method.clone(),
+            None => "Chosen for the smallest condition number".to_owned(),
         },
         condition: keys.condition.unwrap_or(0.0),
         proven_optimal: keys.proven_optimal,

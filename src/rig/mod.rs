@@ -23,5 +23,5 @@ pub use file::File;
 pub use key_poses::{KeyPoses, Moment, PoseSpec};
 pub use model::{Mesh, Model, Skin, SkinWeights};
 pub use pose::{Clip, Driven, Node, NodePose, Pose, Skeleton};
-pub use surface::{Look, Surface};
 pub use rotation::{angle_between_rad, mean_rotation, rotation_from_vector, rotation_vector};
+pub use surface::{Look, Surface};

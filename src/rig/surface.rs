@@ -150,7 +150,8 @@ mod tests {
     /// One triangle with a material; `mesh` is the rest of the document.
     fn file(material: &str, texture_coordinates: usize) -> File {
         let mut data: Vec<u8> = Vec::new();
-        let floats = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
+        let floats =
+            [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
         floats.iter().for_each(|f| data.extend(f.to_le_bytes()));
         let hex: String = data.iter().map(|b| format!("%{b:02x}")).collect();
         let text = format!(
@@ -174,11 +175,7 @@ mod tests {
         let file = file(material, 3);
         let (surfaces, skins) = file.surfaces().unwrap();
         assert!(skins.is_empty() && surfaces.len() == 1);
-        let look = Look {
-            base_colour: [0.5, 0.25, 0.0, 1.0],
-            image: Some(0),
-            cutoff: Some(0.25),
-        };
+        let look = Look { base_colour: [0.5, 0.25, 0.0, 1.0], image: Some(0), cutoff: Some(0.25) };
         assert_eq!(surfaces[0].look, look);
         assert_eq!(surfaces[0].texture_coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
         assert!(surfaces[0].normals.is_empty());
@@ -188,7 +185,8 @@ mod tests {
 
     #[test]
     fn attributes_of_another_length_are_refused() {
-        let material = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}}}"#;
+        let material =
+            r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}}}"#;
         let error = file(material, 2).surfaces().unwrap_err();
         assert!(matches!(error, Error::RigBroken { .. }), "{error}");
         let plain = file("{}", 2).surfaces().unwrap().0;

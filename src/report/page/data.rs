@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::report::{Embedded, ScriptJson};
 use crate::report::plots::{Band, Svg};
+use crate::report::{Embedded, ScriptJson};
 
 /// Everything the page shows. What a stage has not made yet is `None` (or empty), and the page
 /// says how to make it.

@@ -38,10 +38,7 @@ fn the_copy_has_the_same_vertices_in_every_frame() {
 
 #[test]
 fn of_many_influences_the_four_largest_stay_and_sum_to_one() {
-    let influences = vec![
-        vec![(3, 0.1), (1, 0.3), (9, 0.05), (2, 0.35), (4, 0.2)],
-        vec![(7, 1.0)],
-    ];
+    let influences = vec![vec![(3, 0.1), (1, 0.3), (9, 0.05), (2, 0.35), (4, 0.2)], vec![(7, 1.0)]];
     let (joints, shares) = four_largest(&SkinWeights { skin: 0, influences });
     assert_eq!(joints, [[2, 1, 4, 3], [7, 0, 0, 0]]);
     let expected = [0.35 / 0.95, 0.3 / 0.95, 0.2 / 0.95, 0.1 / 0.95];

@@ -13,19 +13,26 @@ const LONGEST_SIDE_PX: u32 = 512;
 /// What decoding a texture may take: a picture of 8192 × 8192 with opacity.
 const MOST_BYTES: u64 = 1 << 28;
 
-/// A texture as a JPEG, or as a PNG where it has opacity, with its media type; `None` when it cannot be
-/// read.
-pub(super) fn reduced(file: &File, image: usize) -> Option<(Vec<u8>, &'static str)> {
+/// A texture, made small; `None` when it cannot be read.
+pub(in crate::report) fn picture(file: &File, image: usize) -> Option<DynamicImage> {
     let bytes = file.image(image).ok()?;
     let mut reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format().ok()?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
-    let mut texture = reader.decode().ok()?;
+    let texture = reader.decode().ok()?;
     if texture.width().max(texture.height()) > LONGEST_SIDE_PX {
-        texture = texture.resize(LONGEST_SIDE_PX, LONGEST_SIDE_PX, FilterType::Triangle);
+        return Some(texture.resize(LONGEST_SIDE_PX, LONGEST_SIDE_PX, FilterType::Triangle));
     }
-    let clear = |t: &DynamicImage| t.color().has_alpha() && t.to_rgba8().pixels().any(|p| p[3] < 255);
+    Some(texture)
+}
+
+/// A texture as a JPEG, or as a PNG where it has opacity, with its media type; `None` when it cannot be
+/// read.
+pub(super) fn reduced(file: &File, image: usize) -> Option<(Vec<u8>, &'static str)> {
+    let texture = picture(file, image)?;
+    let clear =
+        |t: &DynamicImage| t.color().has_alpha() && t.to_rgba8().pixels().any(|p| p[3] < 255);
     if clear(&texture) {
         let mut png = Vec::new();
         let pixels = texture.into_rgba8();

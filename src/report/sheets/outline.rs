@@ -34,7 +34,11 @@ impl Outline {
 }
 
 /// Draws the edge of a silhouette. `coverage` has the picture's size, 255 inside and 0 outside.
-pub(in crate::report) fn draw_outline(picture: &mut RgbImage, coverage: &GrayImage, outline: Outline) {
+pub(in crate::report) fn draw_outline(
+    picture: &mut RgbImage,
+    coverage: &GrayImage,
+    outline: Outline,
+) {
     let inside = GrayImage::from_fn(coverage.width(), coverage.height(), |x, y| {
         Luma([if coverage.get_pixel(x, y)[0] >= INSIDE { 255 } else { 0 }])
     });

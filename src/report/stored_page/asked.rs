@@ -20,16 +20,17 @@ pub(super) fn asked(shot: &Shot) -> Result<Vec<Asked>> {
     let mut line = |what: &str, value: String| {
         lines.push(Asked { what: what.to_owned(), value });
     };
-    for (what, place) in [
-        ("Footage", &source.from),
-        ("Mattes", &source.mattes),
-        ("Strokes", &source.strokes),
-    ] {
+    for (what, place) in
+        [("Footage", &source.from), ("Mattes", &source.mattes), ("Strokes", &source.strokes)]
+    {
         if let Some(place) = place {
             line(what, place.clone());
         }
     }
-    line("Frames", source.frames.as_ref().map_or("all".to_owned(), |f| format!("{f} of the source")));
+    line(
+        "Frames",
+        source.frames.as_ref().map_or("all".to_owned(), |f| format!("{f} of the source")),
+    );
     match source.fps {
         Some(fps) => line("Frame rate", format!("{fps} frames a second")),
         None => line("Frame rate", format!("not said: {} frames a second assumed", shot.fps())),
@@ -72,7 +73,8 @@ fn silhouettes(shot: &Shot, input: Input) -> String {
         Input::Footage if synthetic => "cut from the built-in animal's footage".to_owned(),
         Input::Footage => match shot.settings.silhouette.method {
             crate::silhouette::Method::Plate => {
-                "cut from the footage by background, colour and place, over the whole clip".to_owned()
+                "cut from the footage by background, colour and place, over the whole clip"
+                    .to_owned()
             }
             crate::silhouette::Method::Colour => "cut from the footage by colour alone".to_owned(),
         },
@@ -171,7 +173,9 @@ pub(super) fn warnings(
     let excluded = reports.iter().filter(|r| r.is_excluded()).count();
     if excluded > 0 {
         let done = match shot.settings.analysis.flagged_frames {
-            FlaggedFrames::LeaveOut => "are left out of the analysis and bridged, unless that would be most of the clip",
+            FlaggedFrames::LeaveOut => {
+                "are left out of the analysis and bridged, unless that would be most of the clip"
+            }
             FlaggedFrames::Use => "are used all the same, as the settings say",
         };
         warnings.push(format!(
