@@ -1,17 +1,22 @@
 //! The footage at the size of the page, with the outline of every silhouette as a drawn path.
 
+use std::path::PathBuf;
+
 use ::image::imageops::{FilterType, resize};
 use ::image::{GrayImage, RgbImage};
+use fast_image_resize::images::{Image, ImageRef};
+use fast_image_resize::{FilterType as Kernel, PixelType, ResizeAlg, ResizeOptions, Resizer};
 use imageproc::contours::find_contours;
 use imageproc::geometry::approximate_polygon_dp;
 use imageproc::point::Point;
+use rayon::prelude::*;
 
 use super::embedded::photograph;
-use super::sheets::{scaled_mask, scaled_picture, whole};
+use super::sheets::{scaled_mask, whole};
 use crate::error::{Error, Result};
-use crate::image::{Picture, Rectangle};
+use crate::image::Picture;
 use crate::mask::Mask;
-use crate::shot::Shot;
+use crate::shot::{Shot, read};
 
 /// Longest side of a picture in the page.
 const LONGEST_SIDE_PX: f64 = 480.0;
@@ -21,6 +26,10 @@ const LEAST_WIDTH_PX: f64 = 160.0;
 const BYTES_PER_PIXEL: f64 = 0.2;
 /// Base64 writes three bytes as four letters.
 const BASE64: f64 = 4.0 / 3.0;
+/// What an outline takes, generously: .4 to .8 kB were measured.
+const OUTLINE_LETTERS: f64 = 1000.0;
+/// Pictures smaller than this show nothing.
+const LEAST_SIDE_PX: u32 = 48;
 /// How far a drawn outline may lie from the mask's, pixels of the page's picture.
 const TOLERANCE_PX: f64 = 0.75;
 /// Coverage from which a pixel counts as inside.
@@ -33,25 +42,23 @@ const SHRINK: f64 = 0.8;
 pub(super) struct Film {
     /// Width and height of pictures and of the outlines' coordinates.
     pub(super) size: (u32, u32),
-    /// A picture is kept of every so manieth frame.
+    /// Frames of the clip.
+    pub(super) frames: usize,
+    /// Every so manieth frame is kept.
     pub(super) step: usize,
     /// JPEG files of frames 0, `step`, 2 `step`…; empty without footage.
     pub(super) pictures: Vec<Vec<u8>>,
-    /// An SVG path a frame; empty for an empty mask.
+    /// An SVG path for each frame kept; empty for an empty mask.
     pub(super) outlines: Vec<String>,
     /// Why there are no pictures, or not all, in words.
     pub(super) note: Option<String>,
 }
 
 impl Film {
-    /// The picture that stands for a frame.
-    pub(super) fn picture(&self, frame: usize) -> Option<&[u8]> {
-        self.pictures.get(frame / self.step.max(1)).map(Vec::as_slice)
-    }
-
-    /// Letters of the page that the pictures take.
+    /// Letters of the page that pictures and outlines take.
     pub(super) fn letters(&self) -> usize {
-        self.pictures.iter().map(|p| p.len().div_ceil(3) * 4).sum()
+        let pictures: usize = self.pictures.iter().map(|p| p.len().div_ceil(3) * 4).sum();
+        pictures + self.outlines.iter().map(String::len).sum::<usize>()
     }
 }
 
@@ -59,14 +66,15 @@ impl Film {
 /// source that cannot be read leaves the outlines alone, and a note.
 ///
 /// # Errors
-/// [`Error::Interrupted`].
-pub(super) fn film(shot: &Shot, masks: &[Mask], budget: usize) -> Result<Film> {
-    let Some(first) = masks.first() else { return Ok(Film::default()) };
+/// [`Error::Interrupted`]; when a mask cannot be read.
+pub(super) fn film(shot: &Shot, budget: usize) -> Result<Film> {
+    let files = shot.mask_files()?;
+    let first = shot.first_mask()?;
     let own = (first.width(), first.height());
-    let (size, step) = plan(own, masks.len(), budget);
-    let mut film = Film { size, step, ..Film::default() };
-    film.outlines = masks.iter().map(|m| outline(m, size)).collect();
-    match pictures(shot, masks.len(), own, &mut film) {
+    let (size, step) = plan(own, files.len(), budget);
+    let mut film = Film { size, step, frames: files.len(), ..Film::default() };
+    film.outlines = outlines(&files, step, size)?;
+    match pictures(shot, &mut film) {
         Ok(()) => {}
         Err(Error::Interrupted) => return Err(Error::Interrupted),
         Err(error) => {
@@ -76,14 +84,13 @@ pub(super) fn film(shot: &Shot, masks: &[Mask], budget: usize) -> Result<Film> {
             ));
         }
     }
-    while film.letters() > budget {
-        shrink(&mut film, masks)?;
+    while film.letters() > budget && !film.pictures.is_empty() {
+        shrink(&mut film)?;
+        film.outlines = outlines(&files, step, film.size)?;
     }
-    if film.step > 1 && film.note.is_none() && !film.pictures.is_empty() {
-        film.note = Some(format!(
-            "The clip is long: one picture stands for {} frames; outlines are those of every frame.",
-            film.step
-        ));
+    if film.step > 1 && film.note.is_none() {
+        film.note =
+            Some(format!("The clip is long: one frame of {} is shown on this page.", film.step));
     }
     Ok(film)
 }
@@ -91,12 +98,15 @@ pub(super) fn film(shot: &Shot, masks: &[Mask], budget: usize) -> Result<Film> {
 /// Size of the pictures, and of how many frames one is kept.
 fn plan(own: (usize, usize), frames: usize, budget: usize) -> ((u32, u32), usize) {
     let (width, height) = (own.0.max(1) as f64, own.1.max(1) as f64);
-    let room_px = budget as f64 / BASE64 / BYTES_PER_PIXEL;
+    let letters_per_px = BASE64 * BYTES_PER_PIXEL;
     let most = (LONGEST_SIDE_PX / width.max(height)).min(1.0);
     let least = (LEAST_WIDTH_PX / width).min(most);
     let pixels = |scale: f64| scale * scale * width * height;
-    let step = (frames as f64 * pixels(least) / room_px.max(1.0)).ceil().clamp(1.0, frames as f64);
-    let scale = (room_px / (frames as f64 / step).ceil() / (width * height)).sqrt();
+    let least_letters = pixels(least) * letters_per_px + OUTLINE_LETTERS;
+    let frames = frames.max(1) as f64;
+    let step = (frames * least_letters / (budget as f64).max(1.0)).ceil().clamp(1.0, frames);
+    let room_px = (budget as f64 / (frames / step).ceil() - OUTLINE_LETTERS) / letters_per_px;
+    let scale = (room_px.max(0.0) / (width * height)).sqrt();
     (scaled(own, scale.clamp(least, most)), step as usize)
 }
 
@@ -105,32 +115,48 @@ fn scaled(size: (usize, usize), scale: f64) -> (u32, u32) {
     (side(size.0), side(size.1))
 }
 
-fn pictures(shot: &Shot, frames: usize, own: (usize, usize), film: &mut Film) -> Result<()> {
+fn pictures(shot: &Shot, film: &mut Film) -> Result<()> {
     let Some(mut footage) = shot.footage()? else {
         film.note = Some("The shot was made from silhouettes, without footage.".to_owned());
         return Ok(());
     };
-    for frame in 0..frames {
+    for frame in 0..film.frames {
         let Some(picture) = footage.next_frame()? else {
             film.note = Some(format!("The footage ends at frame {frame}, before the silhouettes."));
             break;
         };
         if frame % film.step == 0 {
-            film.pictures.push(photograph(&small(&picture, own, film.size))?);
+            film.pictures.push(photograph(&small(&picture, film.size)?)?);
         }
     }
     Ok(())
 }
 
-/// The picture at another size; it shows the view of masks that are `own` large.
-fn small(picture: &Picture, own: (usize, usize), size: (u32, u32)) -> RgbImage {
-    let all = Rectangle { x: 0, y: 0, width: own.0, height: own.1 };
-    scaled_picture(picture, all, own, size)
+/// The picture at another size.
+fn small(picture: &Picture, size: (u32, u32)) -> Result<RgbImage> {
+    let resized = || {
+        let side = |length: usize| u32::try_from(length).ok();
+        let (width, height) = (side(picture.width())?, side(picture.height())?);
+        let whole = ImageRef::new(width, height, picture.rgb(), PixelType::U8x3).ok()?;
+        let mut small = Image::new(size.0, size.1, PixelType::U8x3);
+        let how = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(Kernel::Bilinear));
+        Resizer::new().resize(&whole, &mut small, &how).ok()?;
+        RgbImage::from_raw(size.0, size.1, small.into_vec())
+    };
+    resized().ok_or_else(|| Error::Drawing {
+        what: "the footage of the page".to_owned(),
+        reason: format!("a picture of {} × {} pixels", picture.width(), picture.height()),
+    })
 }
 
-/// Makes all pictures smaller: noisy ones take more room than was planned for.
-fn shrink(film: &mut Film, masks: &[Mask]) -> Result<()> {
+/// Makes all pictures smaller: noisy ones take more room than was planned for. Where even small ones do
+/// not fit there are none.
+fn shrink(film: &mut Film) -> Result<()> {
     film.size = scaled((film.size.0 as usize, film.size.1 as usize), SHRINK);
+    if film.size.0.max(film.size.1) < LEAST_SIDE_PX {
+        film.pictures.clear();
+        film.note = Some("The footage does not fit into this page.".to_owned());
+    }
     for jpeg in &mut film.pictures {
         let undecodable = |e: ::image::ImageError| Error::Drawing {
             what: "the footage of the page".to_owned(),
@@ -139,8 +165,14 @@ fn shrink(film: &mut Film, masks: &[Mask]) -> Result<()> {
         let large = ::image::load_from_memory(jpeg).map_err(undecodable)?.into_rgb8();
         *jpeg = photograph(&resize(&large, film.size.0, film.size.1, FilterType::Triangle))?;
     }
-    film.outlines = masks.iter().map(|m| outline(m, film.size)).collect();
     Ok(())
+}
+
+/// The outlines of every so manieth mask.
+fn outlines(files: &[PathBuf], step: usize, size: (u32, u32)) -> Result<Vec<String>> {
+    let one = |file: &PathBuf| Ok(outline(&Mask::from_image_bytes(file, &read(file)?)?, size));
+    let kept: Vec<&PathBuf> = files.iter().step_by(step).collect();
+    kept.into_par_iter().map(one).collect()
 }
 
 /// The outline of a mask as an SVG path, in pixels of a picture of the given size: one closed polygon
@@ -218,7 +250,8 @@ mod tests {
     #[test]
     fn the_plan_keeps_to_its_budget_and_leaves_frames_out_last() {
         let letters = |frames: usize, (size, step): ((u32, u32), usize)| {
-            f64::from(size.0 * size.1) * BYTES_PER_PIXEL * BASE64 * frames.div_ceil(step) as f64
+            let picture = f64::from(size.0 * size.1) * BYTES_PER_PIXEL * BASE64;
+            (picture + OUTLINE_LETTERS) * frames.div_ceil(step) as f64
         };
         let usual = plan((854, 480), 137, 4_000_000);
         assert_eq!(usual.1, 1);

@@ -233,14 +233,12 @@ fn add_film(
     if !has(shot, &paths::mask(0)) {
         return Ok(());
     }
-    let masks = shot.masks()?;
     let room = PAGE_LETTERS.saturating_sub(TEXT_LETTERS + data.plots.size() + data.pictures.size());
-    let film = film(shot, &masks, room * FILM_SHARE / 100)?;
+    let film = film(shot, room * FILM_SHARE / 100)?;
     data.strip = player::strip(&film, reports, shot.fps());
     let strip: usize =
         data.strip.iter().map(|s| s.picture.as_ref().map_or(0, Embedded::size)).sum();
-    let outlines: usize = film.outlines.iter().map(String::len).sum();
-    let left = room.saturating_sub(film.letters() + strip + outlines);
+    let left = room.saturating_sub(film.letters() + strip);
     let rig = stored.map(|a| player::rig(shot, a, left)).transpose()?;
     let marks: Vec<(usize, usize)> =
         keys.iter().flat_map(|k| &k.keys).map(|k| (k.frame, k.key)).collect();

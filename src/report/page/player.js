@@ -24,8 +24,9 @@
   });
 
   function drawFootage(frame) {
-    const picture = pictures[Math.floor(frame / data.step)];
-    const outline = new Path2D(data.outlines[frame]);
+    const kept = Math.floor(frame / data.step);
+    const picture = pictures[kept];
+    const outline = new Path2D(data.outlines[kept]);
     paint.setTransform(sharpness, 0, 0, sharpness, 0, 0);
     paint.fillStyle = "#dfe4ea";
     paint.fillRect(0, 0, ...data.size);

@@ -73,16 +73,16 @@ pub(super) fn strip(film: &Film, reports: &[FrameReport], fps: f64) -> Vec<Strip
     let step = film.step.max(1);
     evenly_chosen(film.outlines.len(), STRIP_FRAMES)
         .into_iter()
-        .map(|even| {
-            let frame = even / step * step;
+        .map(|kept| {
+            let frame = kept * step;
             let report = reports.get(frame);
             let words: Vec<&str> =
                 report.iter().flat_map(|r| r.flags.iter()).map(|f| f.sentence()).collect();
             StripFrame {
                 frame,
                 time_s: frame as f64 / fps,
-                picture: film.picture(frame).map(Embedded::jpeg),
-                outline: film.outlines[frame].clone(),
+                picture: film.pictures.get(kept).map(|p| Embedded::jpeg(p)),
+                outline: film.outlines[kept].clone(),
                 words: words.join("; "),
                 excludes: report.is_some_and(FrameReport::is_excluded),
             }
@@ -113,7 +113,7 @@ pub(super) fn player(
     let has_rig = rig.is_some();
     let data = PlayerData {
         fps: shot.fps(),
-        frames: film.outlines.len(),
+        frames: film.frames,
         size: film.size,
         step: film.step,
         pictures: film.pictures.iter().map(|p| Embedded::jpeg(p)).collect(),
@@ -125,7 +125,7 @@ pub(super) fn player(
     Ok(Some(Player {
         width: film.size.0,
         height: film.size.1,
-        frames: film.outlines.len(),
+        frames: film.frames,
         has_rig,
         looped: timing.is_some_and(|t| t.looped),
         notes: film.note.iter().cloned().chain(rig_note).collect(),
