@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 /// `mode` of a primitive made of triangles, which is also the default.
 const TRIANGLES: usize = 4;
 
+/// A mesh and the primitive of the document that it was read from.
+pub(super) type ReadMesh<'a> = (Mesh, &'a Value);
+
 impl File {
     /// Reads skeleton, skins and the triangle meshes of the default scene (of all nodes when the
     /// file has no scene). Each primitive is a mesh of its own; points, lines, strips and fans are
@@ -25,7 +28,7 @@ impl File {
     }
 
     /// The skins, and the triangle meshes of the scene with the primitives they were read from.
-    pub(super) fn drawn_primitives(&self) -> Result<(Vec<Skin>, Vec<(Mesh, &Value)>)> {
+    pub(super) fn drawn_primitives(&self) -> Result<(Vec<Skin>, Vec<ReadMesh<'_>>)> {
         let skins = nodes::skins(self)?;
         let mut primitives = Vec::new();
         for node in self.drawn_nodes()? {
@@ -60,7 +63,7 @@ impl File {
         &'a self,
         node: usize,
         skins: &[Skin],
-        out: &mut Vec<(Mesh, &'a Value)>,
+        out: &mut Vec<ReadMesh<'a>>,
     ) -> Result<()> {
         let place = format!("node {node}");
         let value = &self.list("nodes")?[node];

@@ -70,6 +70,17 @@ async function checkPlayer(page, fail) {
   return "rig drawn";
 }
 
+// The whole page in pieces: a picture of all of it would be higher than a software renderer draws.
+async function photograph(page, name) {
+  const step = 1800;
+  await page.setViewportSize({ width: 1280, height: step });
+  const height = await page.evaluate(() => document.documentElement.scrollHeight);
+  for (let top = 0; top < height; top += step) {
+    await page.evaluate((y) => scrollTo(0, y), top);
+    await page.screenshot({ path: `${name}-${top / step}.png` });
+  }
+}
+
 async function check(browser, file, scheme) {
   const faults = [];
   const fail = (what) => faults.push(`${scheme}: ${what}`);
@@ -100,10 +111,7 @@ async function check(browser, file, scheme) {
       fail(`axe: ${id} (${impact}) ${nodes.slice(0, 3).map((n) => n.html.slice(0, 120)).join(" | ")}`);
     }
   }
-  if (pictures) {
-    const name = `${basename(dirname(resolve(file)))}-${scheme}.png`;
-    await page.screenshot({ path: join(pictures, name), fullPage: true });
-  }
+  if (pictures) await photograph(page, join(pictures, `${basename(dirname(resolve(file)))}-${scheme}`));
   await page.close();
   return { faults, drawn, counts };
 }
