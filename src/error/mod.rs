@@ -341,6 +341,28 @@ pub enum Error {
         /// The last lines ffmpeg wrote, or what is missing.
         log: String,
     },
+    /// A movie was asked for under a name that says neither MP4 nor GIF.
+    #[error("{}: a movie is written as .mp4 or .gif", path.display())]
+    MovieFormat {
+        /// The name.
+        path: PathBuf,
+    },
+    /// The ffmpeg program, which writes movies, is not there or does not start.
+    #[error("{}: writing a movie needs the ffmpeg program, and {} was not found", path.display(), program.display())]
+    MovieNeedsFfmpeg {
+        /// The movie.
+        path: PathBuf,
+        /// The program that was looked for.
+        program: PathBuf,
+    },
+    /// ffmpeg could not write a movie.
+    #[error("{}: ffmpeg could not write the movie:\n{log}", path.display())]
+    MovieFailed {
+        /// The movie.
+        path: PathBuf,
+        /// The last lines ffmpeg wrote.
+        log: String,
+    },
     /// A stroke picture without a frame number at the end of its name.
     #[error("{}: the file name does not end in a frame number", path.display())]
     UnnumberedStrokes {

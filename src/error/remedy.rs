@@ -100,6 +100,19 @@ impl Error {
                  MUYBRIDGE_FFMPEG at the program; image sequences need nothing"
                     .to_owned(),
             ),
+            Error::MovieFormat { .. } => {
+                Some("end the name in .mp4, or in .gif for an animated picture".to_owned())
+            }
+            Error::MovieNeedsFfmpeg { .. } => Some(
+                "install ffmpeg (https://ffmpeg.org, or your system's package `ffmpeg`), or point \
+                 MUYBRIDGE_FFMPEG at the program; report.html plays the animation without it"
+                    .to_owned(),
+            ),
+            Error::MovieFailed { .. } => Some(
+                "see whether the disk is full, or whether ffmpeg was built without libx264 (a name \
+                 that ends in .gif does without)"
+                    .to_owned(),
+            ),
             Error::VideoUnreadable { .. } => Some(
                 "play the file to see whether it is whole, or export it as an image sequence"
                     .to_owned(),

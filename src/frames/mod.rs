@@ -28,7 +28,7 @@ use std::str::FromStr;
 
 pub use ahead::read_ahead;
 pub use decode::{MAX_PIXELS, MAX_SIDE_PX};
-pub use ffmpeg::{Ffmpeg, VideoInfo};
+pub use ffmpeg::{Ffmpeg, MovieWriter, VideoInfo};
 pub use finding::Finding;
 
 use crate::error::{Error, Result};

@@ -27,6 +27,12 @@ pub(super) const EIGEN_SHEET: &str = "analysis/eigen-silhouettes.png";
 /// Deviations shown on either side of the mean, as the analysis stored them.
 const DEVIATIONS: f64 = 2.0;
 
+/// Whether everything is there that [`draw_sheets`] draws, the footage aside.
+#[must_use]
+pub fn can_draw_sheets(shot: &Shot) -> bool {
+    [paths::KEYS, paths::SILHOUETTES, paths::DIAGNOSIS].iter().all(|f| shot.path(f).is_file())
+}
+
 /// Draws the contact sheet, one picture a key, the segmentation at a glance and the
 /// eigen-silhouettes, unless they are up to date. Returns files that were edited by hand and kept.
 ///
@@ -159,12 +165,13 @@ pub fn write_page(shot: &Shot, force: bool) -> Result<Vec<String>> {
             reads.insert(file.to_owned(), hash_file(&path)?);
         }
     }
-    reads.insert("name".to_owned(), shot.name());
+    let files = reads.clone();
+    reads.extend(page_reads(shot)?);
     if !force && shot.freshness(Stage::Report, &reads) == Freshness::UpToDate {
         return Ok(Vec::new());
     }
     let plots = plots(shot)?;
-    let mut writer = shot.begin(Stage::Report, reads.clone(), force)?;
+    let mut writer = shot.begin(Stage::Report, reads, force)?;
     let named = [
         ("trajectory", &plots.trajectory),
         ("spectra", &plots.spectra),
@@ -177,8 +184,26 @@ pub fn write_page(shot: &Shot, force: bool) -> Result<Vec<String>> {
             writer.put(&format!("analysis/{name}.svg"), svg.as_str().as_bytes())?;
         }
     }
-    reads.remove("name");
-    let data = page_data(shot, plots, &reads)?;
+    let data = page_data(shot, plots, &files)?;
     writer.put(paths::REPORT, page::page(&data)?.as_bytes())?;
     Ok(writer.commit()?.kept)
+}
+
+/// What the page depends on besides the files it lists: footage, silhouettes, rig and animation. What
+/// is not there counts as absent, so that the page is made again once it is.
+fn page_reads(shot: &Shot) -> Result<Reads> {
+    let absent = |hash: Result<String>| hash.unwrap_or_else(|_| "absent".to_owned());
+    let mut reads = Reads::from([("name".to_owned(), shot.name())]);
+    reads.insert("source".to_owned(), absent(shot.source_hash()));
+    if shot.path(&paths::mask(0)).is_file() {
+        reads.insert("masks".to_owned(), hash_files(&shot.mask_files()?)?);
+    }
+    if let Some(rig) = &shot.settings.poses.rig {
+        reads.insert("rig".to_owned(), absent(hash_file(&shot.path(rig))));
+    }
+    if shot.path(paths::ANIMATION).is_file() {
+        let animated = shot.path(&shot.animation()?.path);
+        reads.insert("animated rig".to_owned(), absent(hash_file(&animated)));
+    }
+    Ok(reads)
 }

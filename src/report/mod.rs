@@ -13,15 +13,21 @@
 
 mod canvas;
 mod drawing;
+mod embedded;
+mod film;
+mod movie;
 mod overlay;
 pub mod page;
 mod palette;
 pub mod plots;
 mod png;
+mod rig_copy;
 pub mod sheets;
 mod stored_page;
 
-pub use drawing::{draw_sheets, write_page};
+pub use drawing::{can_draw_sheets, draw_sheets, write_page};
+pub use embedded::{Embedded, ScriptJson};
+pub use movie::write_movie;
 pub use overlay::{OverlayDrawn, draw_overlay};
 pub use png::Png;
 

@@ -1,9 +1,18 @@
 //! From the stored files of a shot to what the page and the plots take.
 
-use super::drawing::{EIGEN_SHEET, OVERLAY_SHEET};
+mod animation;
+mod asked;
+mod player;
+mod settings;
+
+pub(super) use player::heading;
+
+use super::drawing::EIGEN_SHEET;
+use super::embedded::Embedded;
+use super::film::film;
 use super::page::{
-    AnimationSummary, ComponentRow, FeetSummary, FileHash, Finding, FootRow, Footage, Grade,
-    KeyRow, KeySummary, PageData, Pictures, Plots, Setting, VerdictSummary, WeightSummary,
+    ComponentRow, FileHash, Finding, Footage, Grade, KeyRow, KeySummary, PageData, Pictures, Plots,
+    VerdictSummary, WeightSummary,
 };
 use super::plots::{
     Band, Scores, SilhouetteMeasures, Spectra, Trajectory, WeightCurve, Weights, scores,
@@ -13,10 +22,17 @@ use super::{KeyMark, Png};
 use crate::error::Result;
 use crate::numeric::Coefficients;
 use crate::shot::{
-    Input, PoseOfKey, Reads, SYNTHETIC_PREFIX, Shot, ShotFile, StoredDiagnosis, StoredFeet,
-    StoredFoot, StoredKeys, StoredLoop, WeightTable, paths, read,
+    Input, PoseOfKey, Reads, SYNTHETIC_PREFIX, Shot, StoredAnimation, StoredDiagnosis, StoredKeys,
+    WeightTable, paths, read,
 };
 use crate::silhouette::{Flag, FrameReport};
+
+/// What the page may be large: 8 MB, so that mail servers take it.
+const PAGE_LETTERS: usize = 8_000_000;
+/// Room kept for what is not counted: text, tables, styles, scripts, outlines of the strip.
+const TEXT_LETTERS: usize = 300_000;
+/// The footage's share of what sheets and plots leave, per cent; the strip and the rig get the rest.
+const FILM_SHARE: usize = 55;
 
 /// Components that are drawn: PC1 and PC2 carry the gait, one more shows what does not.
 const DRAWN_COMPONENTS: usize = 3;
@@ -165,33 +181,69 @@ fn number_rows(shot: &Shot, file: &str) -> Result<Vec<Vec<Option<f64>>>> {
 pub(super) fn page_data(shot: &Shot, plots: Plots, files: &Reads) -> Result<PageData> {
     let keys = stored_keys(shot)?;
     let diagnosis = has(shot, paths::DIAGNOSIS).then(|| shot.diagnosis()).transpose()?;
-    let picture = |file: &str| -> Result<Option<Png>> {
-        has(shot, file).then(|| Ok(Png::from_bytes(read(&shot.path(file))?))).transpose()
-    };
-    Ok(PageData {
+    let stored = has(shot, paths::ANIMATION).then(|| shot.animation()).transpose()?;
+    let reports = if has(shot, paths::SILHOUETTES) { shot.frame_reports()? } else { Vec::new() };
+    let mut warnings = asked::warnings(shot, &reports, stored.as_ref())?;
+    let inputs = asked::inputs(shot, &mut warnings)?;
+    let mut data = PageData {
         shot: shot.name(),
         folder: shot.name(),
         made_by: concat!("muybridge ", env!("CARGO_PKG_VERSION")).to_owned(),
+        asked: asked::asked(shot)?,
+        warnings,
         footage: footage(shot)?,
         verdict: diagnosis.as_ref().map(verdict),
         components: diagnosis.as_ref().map(component_rows).unwrap_or_default(),
         band: diagnosis.as_ref().map(band),
         keys: keys.as_ref().map(|k| key_summary(shot, k)),
         weights: stored_weights(shot)?.as_ref().map(weight_summary),
-        animation: has(shot, paths::ANIMATION).then(|| animation(shot)).transpose()?,
-        findings: has(shot, paths::SILHOUETTES).then(|| findings(shot)).transpose()?,
-        settings: settings(&shot.settings),
+        animation: stored.as_ref().map(|a| animation::animation(shot, a)),
+        findings: has(shot, paths::SILHOUETTES).then(|| findings(&reports)),
+        settings: settings::settings(&shot.settings),
         plots,
         pictures: Pictures {
-            contact_sheet: picture(paths::CONTACT_SHEET)?,
-            overlay_sheet: picture(OVERLAY_SHEET)?,
-            eigen_sheet: picture(EIGEN_SHEET)?,
+            contact_sheet: sheet(shot, paths::CONTACT_SHEET)?,
+            eigen_sheet: sheet(shot, EIGEN_SHEET)?,
         },
+        strip: Vec::new(),
+        player: None,
+        inputs,
         files: files
             .iter()
             .map(|(path, hash)| FileHash { path: path.clone(), hash: hash.clone() })
             .collect(),
-    })
+    };
+    add_film(shot, &reports, stored.as_ref(), keys.as_ref(), &mut data)?;
+    Ok(data)
+}
+
+fn sheet(shot: &Shot, file: &str) -> Result<Option<Embedded>> {
+    let embedded = || Ok(Embedded::sheet(&Png::from_bytes(read(&shot.path(file))?)));
+    has(shot, file).then(embedded).transpose()
+}
+
+/// Puts the footage and the rig into what room the rest of the page leaves.
+fn add_film(
+    shot: &Shot,
+    reports: &[FrameReport],
+    stored: Option<&StoredAnimation>,
+    keys: Option<&StoredKeys>,
+    data: &mut PageData,
+) -> Result<()> {
+    if !has(shot, &paths::mask(0)) {
+        return Ok(());
+    }
+    let room = PAGE_LETTERS.saturating_sub(TEXT_LETTERS + data.plots.size() + data.pictures.size());
+    let film = film(shot, room * FILM_SHARE / 100)?;
+    data.strip = player::strip(&film, reports, shot.fps());
+    let strip: usize =
+        data.strip.iter().map(|s| s.picture.as_ref().map_or(0, Embedded::size)).sum();
+    let left = room.saturating_sub(film.letters() + strip);
+    let rig = stored.map(|a| player::rig(shot, a, left)).transpose()?;
+    let marks: Vec<(usize, usize)> =
+        keys.iter().flat_map(|k| &k.keys).map(|k| (k.frame, k.key)).collect();
+    data.player = player::player(shot, &film, &marks, stored, rig)?;
+    Ok(())
 }
 
 fn footage(shot: &Shot) -> Result<Option<Footage>> {
@@ -199,7 +251,7 @@ fn footage(shot: &Shot) -> Result<Option<Footage>> {
         return Ok(None);
     }
     let files = shot.mask_files()?;
-    let first = crate::mask::Mask::from_image_bytes(&files[0], &read(&files[0])?)?;
+    let first = shot.first_mask()?;
     let source = &shot.settings.source;
     let (name, kind) = match shot.input()? {
         Input::Mattes => (source.mattes.clone(), "mattes"),
@@ -251,7 +303,7 @@ fn key_summary(shot: &Shot, keys: &StoredKeys) -> KeySummary {
                 "Spread over the gait phase; error to expect: {:.0} % of the motion",
                 100.0 * share
             ),
-            None => keys.method.clone(),
+            None => "Chosen for the smallest condition number".to_owned(),
         },
         condition: keys.condition.unwrap_or(0.0),
         proven_optimal: keys.proven_optimal,
@@ -294,69 +346,8 @@ fn weight_summary(table: &WeightTable) -> WeightSummary {
     }
 }
 
-fn animation(shot: &Shot) -> Result<AnimationSummary> {
-    let stored = shot.animation()?;
-    let mut files = vec![stored.path.clone()];
-    if has(shot, paths::BVH) {
-        files.push(paths::BVH.to_owned());
-    }
-    Ok(AnimationSummary {
-        files,
-        name: stored.animation,
-        fps: stored.fps,
-        frames: stored.frames,
-        nodes: stored.moved_nodes,
-        largest_step_deg: stored.largest_step_deg,
-        largest_step_frame: stored.largest_step_frame,
-        looped: stored.looped.as_ref().map(loop_words),
-        feet: stored.feet.as_ref().map(feet_summary),
-    })
-}
-
-fn loop_words(l: &StoredLoop) -> String {
-    format!(
-        "A loop of {} stride(s), averaged over {:.1}. At its seam poses differ by {:.0e}°, and turns change by {:.2}° a frame (median turn {:.2}°).",
-        l.strides, l.strides_seen, l.seam.angle_deg, l.seam.angle_jump_deg, l.seam.median_turn_deg
-    )
-}
-
-fn feet_summary(f: &StoredFeet) -> FeetSummary {
-    let planting = f.planted.as_ref().map(|p| {
-        format!(
-            "Feet that are down are held: they slide by up to {:.2} % of a leg ({:.1} % before). Angular acceleration of the legs' joints: {:.0} degrees/s² rms ({:.0} before), at most {:.0} ({:.0} before).",
-            100.0 * p.slide_leg_lengths[1],
-            100.0 * p.slide_leg_lengths[0],
-            p.rms_acceleration_deg_s2[1],
-            p.rms_acceleration_deg_s2[0],
-            p.peak_acceleration_deg_s2[1],
-            p.peak_acceleration_deg_s2[0]
-        )
-    });
-    let row = |foot: &StoredFoot| FootRow {
-        node: foot.node.clone(),
-        limb: foot.limb.words().to_owned(),
-        duty_factor: foot.duty_factor,
-        phase: foot.phase,
-        contacts: (foot.contacts.iter())
-            .map(|c| format!("{:.2}–{:.2}", c.down_s, c.up_s))
-            .collect::<Vec<_>>()
-            .join(", "),
-    };
-    FeetSummary {
-        gait: f.gait.clone(),
-        warnings: f.warnings.clone(),
-        ground_speed: f.ground_speed,
-        stride_s: f.stride_s,
-        stride_length: f.stride_length,
-        root: f.root.clone(),
-        planting,
-        rows: f.feet.iter().map(row).collect(),
-    }
-}
-
 /// Runs of frames with the same flags.
-fn findings(shot: &Shot) -> Result<Vec<Finding>> {
-    let reports = shot.frame_reports()?;
+fn findings(reports: &[FrameReport]) -> Vec<Finding> {
     let finding = |run: &[FrameReport]| {
         let (first, last) = (run.first()?, run.last()?);
         let words: Vec<&str> = first.flags.iter().map(Flag::sentence).collect();
@@ -369,35 +360,5 @@ fn findings(shot: &Shot) -> Result<Vec<Finding>> {
             excludes: first.is_excluded(),
         })
     };
-    Ok(reports.chunk_by(|a, b| a.flags == b.flags).filter_map(finding).collect())
-}
-
-/// Every setting in the order of the file, marked where it differs from its default.
-fn settings(now: &ShotFile) -> Vec<Setting> {
-    let table = |file: &ShotFile| toml::Table::try_from(file).unwrap_or_default();
-    let mut defaults = Vec::new();
-    flatten("", &table(&ShotFile::default()), &mut defaults);
-    let mut values = Vec::new();
-    flatten("", &table(now), &mut values);
-    values
-        .into_iter()
-        .map(|(name, value)| {
-            let changed = !defaults.contains(&(name.clone(), value.clone()));
-            Setting { name, value, changed }
-        })
-        .collect()
-}
-
-fn flatten(prefix: &str, table: &toml::Table, into: &mut Vec<(String, String)>) {
-    for (key, value) in table {
-        let name = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-        match value {
-            toml::Value::Table(inner) => flatten(&name, inner, into),
-            // The poses of the keys stand in the table of keys.
-            toml::Value::Array(_) if key == "pose" => {}
-            other => {
-                into.push((name, other.to_string()));
-            }
-        }
-    }
+    reports.chunk_by(|a, b| a.flags == b.flags).filter_map(finding).collect()
 }

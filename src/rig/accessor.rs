@@ -188,7 +188,7 @@ impl File {
     }
 
     /// The bytes of a buffer view and its stride.
-    fn view(&self, index: usize, user: &str) -> Result<(&[u8], Option<usize>)> {
+    pub(super) fn view(&self, index: usize, user: &str) -> Result<(&[u8], Option<usize>)> {
         let place = format!("bufferView {index}");
         let view = self
             .list("bufferViews")?

@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 /// `mode` of a primitive made of triangles, which is also the default.
 const TRIANGLES: usize = 4;
 
+/// A mesh and the primitive of the document that it was read from.
+pub(super) type ReadMesh<'a> = (Mesh, &'a Value);
+
 impl File {
     /// Reads skeleton, skins and the triangle meshes of the default scene (of all nodes when the
     /// file has no scene). Each primitive is a mesh of its own; points, lines, strips and fans are
@@ -19,12 +22,19 @@ impl File {
     /// [`Error::RigBroken`] naming the part that is wrong; [`Error::RigUnsupported`] for
     /// compressed meshes.
     pub fn model(&self) -> Result<Model> {
-        let skins = nodes::skins(self)?;
-        let mut meshes = Vec::new();
-        for node in self.drawn_nodes()? {
-            self.node_meshes(node, &skins, &mut meshes)?;
-        }
+        let (skins, primitives) = self.drawn_primitives()?;
+        let meshes = primitives.into_iter().map(|(mesh, _)| mesh).collect();
         Ok(Model { skeleton: self.skeleton().clone(), meshes, skins })
+    }
+
+    /// The skins, and the triangle meshes of the scene with the primitives they were read from.
+    pub(super) fn drawn_primitives(&self) -> Result<(Vec<Skin>, Vec<ReadMesh<'_>>)> {
+        let skins = nodes::skins(self)?;
+        let mut primitives = Vec::new();
+        for node in self.drawn_nodes()? {
+            self.node_meshes(node, &skins, &mut primitives)?;
+        }
+        Ok((skins, primitives))
     }
 
     /// Nodes of the default scene, ascending.
@@ -49,7 +59,12 @@ impl File {
         Ok((0..nodes.len()).filter(|&n| above(n).any(|a| drawn[a])).collect())
     }
 
-    fn node_meshes(&self, node: usize, skins: &[Skin], out: &mut Vec<Mesh>) -> Result<()> {
+    fn node_meshes<'a>(
+        &'a self,
+        node: usize,
+        skins: &[Skin],
+        out: &mut Vec<ReadMesh<'a>>,
+    ) -> Result<()> {
         let place = format!("node {node}");
         let value = &self.list("nodes")?[node];
         let Some(index) = self.index(value, "mesh", &place)? else { return Ok(()) };
@@ -65,7 +80,7 @@ impl File {
         for (i, primitive) in primitives.into_iter().flatten().enumerate() {
             let place = format!("mesh {index}, primitive {i}");
             let skin = skin.map(|s| (s, &skins[s]));
-            out.extend(self.primitive(primitive, node, skin, &place)?);
+            out.extend(self.primitive(primitive, node, skin, &place)?.map(|m| (m, primitive)));
         }
         Ok(())
     }

@@ -15,6 +15,7 @@ mod model;
 mod nodes;
 mod pose;
 mod rotation;
+mod surface;
 mod uri;
 
 pub use animation::Animation;
@@ -23,3 +24,4 @@ pub use key_poses::{KeyPoses, Moment, PoseSpec};
 pub use model::{Mesh, Model, Skin, SkinWeights};
 pub use pose::{Clip, Driven, Node, NodePose, Pose, Skeleton};
 pub use rotation::{angle_between_rad, mean_rotation, rotation_from_vector, rotation_vector};
+pub use surface::{Look, Surface};

@@ -108,6 +108,8 @@ pub mod paths {
     pub const BVH: &str = "animation.bvh";
     /// The page.
     pub const REPORT: &str = "report.html";
+    /// Footage and animation side by side.
+    pub const MOVIE: &str = "animation.mp4";
 
     /// The mask of a frame.
     #[must_use]

@@ -135,14 +135,22 @@ impl Shot {
         self.strokes_folder().map_or(Ok(Vec::new()), |folder| numbered_files(&folder))
     }
 
+    /// Every file that the masks are made from, strokes last; none for the built-in animal.
+    ///
+    /// # Errors
+    /// When a source is missing.
+    pub fn source_files(&self) -> Result<Vec<PathBuf>> {
+        let mut files = self.filmed_files()?;
+        files.extend(self.strokes()?.into_iter().map(|(_, path)| path));
+        Ok(files)
+    }
+
     /// A hash of everything the masks are made from.
     ///
     /// # Errors
     /// When a source is missing or cannot be read.
     pub fn source_hash(&self) -> Result<String> {
-        let mut files = self.source_files()?;
-        files.extend(self.strokes()?.into_iter().map(|(_, path)| path));
-        hash_files(&files)
+        hash_files(&self.source_files()?)
     }
 
     /// The same without the strokes: a hash of what was filmed.
@@ -150,10 +158,10 @@ impl Shot {
     /// # Errors
     /// As [`source_hash`](Self::source_hash).
     pub fn footage_hash(&self) -> Result<String> {
-        hash_files(&self.source_files()?)
+        hash_files(&self.filmed_files()?)
     }
 
-    fn source_files(&self) -> Result<Vec<PathBuf>> {
+    fn filmed_files(&self) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         match self.input()? {
             Input::Mattes => files.extend_from_slice(self.mattes()?.files()),
@@ -181,6 +189,15 @@ impl Shot {
             }
         }
         Ok(numbered.into_iter().map(|(_, path)| path).collect())
+    }
+
+    /// The mask of frame 0, which tells the size of all.
+    ///
+    /// # Errors
+    /// When it is missing or unreadable.
+    pub fn first_mask(&self) -> Result<Mask> {
+        let path = self.path(&super::paths::mask(0));
+        Mask::from_image_bytes(&path, &read(&path)?)
     }
 
     /// All masks.

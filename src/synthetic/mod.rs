@@ -21,4 +21,5 @@ pub use horse::{IN_PLANE_ANGLES, IN_PLANE_JOINTS, horse};
 pub use noise::edge_noise;
 pub use raster::silhouette;
 pub use samples::{Sample, samples};
+pub use scene::rendering;
 pub use sketch::sketch_strokes;

@@ -32,7 +32,9 @@ pub(super) fn picture(
     let mut colours: Vec<[f64; 3]> = (0..width * height)
         .map(|p| background((p % width) as f64 + shift_px, (p / width) as f64, height, seed))
         .collect();
-    draw_horse(model, pose, camera, &mut colours);
+    let coats: Vec<[f64; 3]> =
+        model.meshes.iter().map(|m| coat_colour(&model.skeleton.nodes[m.node].name)).collect();
+    draw(model, pose, camera, &|mesh, _| coats[mesh], &mut colours);
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (frame as u64 + 1).wrapping_mul(0x9E37_79B9));
     let rgb = colours
         .iter()
@@ -48,14 +50,38 @@ pub(super) fn picture(
         .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
 }
 
-fn draw_horse(model: &Model, pose: &Pose, camera: &Camera, colours: &mut [[f64; 3]]) {
+/// A picture of a rig in a pose on a plain ground, each triangle in one colour, lit from above.
+/// `colour` gives that of a mesh's triangle, sRGB levels of 255.
+#[must_use]
+pub fn rendering(
+    model: &Model,
+    pose: &Pose,
+    camera: &Camera,
+    colour: &dyn Fn(usize, usize) -> [f64; 3],
+    ground: [u8; 3],
+) -> Picture {
+    let mut colours = vec![ground.map(f64::from); camera.width() * camera.height()];
+    draw(model, pose, camera, colour, &mut colours);
+    let level = |value: &f64| value.round().clamp(0.0, 255.0) as u8;
+    let rgb = colours.iter().flatten().map(level).collect();
+    Picture::from_rgb(camera.width(), camera.height(), rgb)
+        .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
+}
+
+fn draw(
+    model: &Model,
+    pose: &Pose,
+    camera: &Camera,
+    colour: &dyn Fn(usize, usize) -> [f64; 3],
+    colours: &mut [[f64; 3]],
+) {
     let width = camera.width();
     let light = Vector3::from(LIGHT).normalize();
     let mut depths = vec![f64::NEG_INFINITY; colours.len()];
-    for (mesh, vertices) in model.meshes.iter().zip(model.posed_vertices(pose)) {
-        let coat = coat_colour(&model.skeleton.nodes[mesh.node].name);
+    for (at, (mesh, vertices)) in model.meshes.iter().zip(model.posed_vertices(pose)).enumerate() {
         let seen: Vec<Vector3<f64>> = vertices.iter().map(|v| camera.project(v)).collect();
-        for triangle in &mesh.triangles {
+        for (which, triangle) in mesh.triangles.iter().enumerate() {
+            let coat = colour(at, which);
             let corners = triangle.map(|v| seen[v]);
             let to_space =
                 |v: Vector3<f64>| Vector3::new(v.x, -v.y, v.z * camera.pixels_per_unit());

@@ -53,7 +53,7 @@ pub(crate) enum Command {
     /// Your poses for the key images become the whole animation, in your rig's own file.
     Animate(Animate),
     /// The page about the shot.
-    Report(Stage),
+    Report(Report),
     /// Every stage that can run, in order; redoes only what changed.
     Run(Run),
     /// Render a clip whose motion is known, run the method blind, compare with the truth.
@@ -133,6 +133,18 @@ pub(crate) struct Segment {
     /// analysis/overlay.png.
     #[arg(long)]
     pub(crate) overlay: bool,
+}
+
+/// `report`.
+#[derive(Debug, Args)]
+pub(crate) struct Report {
+    /// The shot and how to treat it.
+    #[command(flatten)]
+    pub(crate) stage: Stage,
+    /// Also write footage and animated rig side by side as a movie, through ffmpeg: FILE ends in .mp4
+    /// or .gif. Default: animation.mp4 in the shot.
+    #[arg(long, value_name = "FILE", num_args = 0..=1)]
+    pub(crate) movie: Option<Option<PathBuf>>,
 }
 
 /// `analyze`.

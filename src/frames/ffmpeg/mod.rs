@@ -10,6 +10,7 @@
 //! a constant rate; [`timing`] says when. Network addresses and playlists that lead to them are
 //! not opened.
 
+mod encode;
 mod probe;
 mod program;
 mod stream;
@@ -17,6 +18,7 @@ mod timing;
 
 use std::path::{Path, PathBuf};
 
+pub use encode::MovieWriter;
 pub use program::Ffmpeg;
 
 use super::{Finding, FrameRange, FrameSource, decode};

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::report::Png;
 use crate::report::plots::{Band, Svg};
+use crate::report::{Embedded, ScriptJson};
 
 /// Everything the page shows. What a stage has not made yet is `None` (or empty), and the page
 /// says how to make it.
@@ -15,6 +15,10 @@ pub struct PageData {
     pub folder: String,
     /// Program and version, "muybridge 0.1.0".
     pub made_by: String,
+    /// What the user asked for.
+    pub asked: Vec<Asked>,
+    /// What to be wary of, a sentence each.
+    pub warnings: Vec<String>,
     /// Where the silhouettes came from.
     pub footage: Option<Footage>,
     /// What the analysis said.
@@ -37,8 +41,59 @@ pub struct PageData {
     pub plots: Plots,
     /// The sheets.
     pub pictures: Pictures,
+    /// Some frames with the outline of the silhouette, in order.
+    pub strip: Vec<StripFrame>,
+    /// The footage and the animation, side by side.
+    pub player: Option<Player>,
+    /// What the shot was made from, with hashes.
+    pub inputs: Vec<FileHash>,
     /// Files of the shot with their hashes.
     pub files: Vec<FileHash>,
+}
+
+/// One thing the user asked for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Asked {
+    /// What it is about: "Rig".
+    pub what: String,
+    /// What was asked.
+    pub value: String,
+}
+
+/// One frame of the strip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StripFrame {
+    /// Frame of the footage, from 0.
+    pub frame: usize,
+    /// Its time, seconds.
+    pub time_s: f64,
+    /// The picture; `None` without footage.
+    pub picture: Option<Embedded>,
+    /// The outline as an SVG path, in pixels of the player's picture; empty for an empty mask.
+    pub outline: String,
+    /// What was noticed about the silhouette; empty for nothing.
+    pub words: String,
+    /// Whether the frame is left out of the analysis.
+    pub excludes: bool,
+}
+
+/// The player of footage and animation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Player {
+    /// Width of the pictures and of the outlines' coordinates, pixels.
+    pub width: u32,
+    /// Height of the same.
+    pub height: u32,
+    /// Frames of the footage.
+    pub frames: usize,
+    /// Whether there is a rig to show.
+    pub has_rig: bool,
+    /// Whether the animation is a loop, which is not in step with the footage.
+    pub looped: bool,
+    /// What is left out, a sentence each.
+    pub notes: Vec<String>,
+    /// Pictures, outlines and the rig, for the page's script.
+    pub data: ScriptJson,
 }
 
 /// Where the silhouettes came from.
@@ -243,11 +298,29 @@ pub struct Plots {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Pictures {
     /// [`contact_sheet`](crate::report::sheets::contact_sheet).
-    pub contact_sheet: Option<Png>,
-    /// [`overlay_sheet`](crate::report::sheets::overlay_sheet).
-    pub overlay_sheet: Option<Png>,
+    pub contact_sheet: Option<Embedded>,
     /// [`eigen_sheet`](crate::report::sheets::eigen_sheet).
-    pub eigen_sheet: Option<Png>,
+    pub eigen_sheet: Option<Embedded>,
+}
+
+impl Pictures {
+    /// Letters of the page that they take.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        [&self.contact_sheet, &self.eigen_sheet].into_iter().flatten().map(Embedded::size).sum()
+    }
+}
+
+impl Plots {
+    /// Letters of the page that they take.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        [&self.trajectory, &self.spectra, &self.scores, &self.weights, &self.silhouettes]
+            .into_iter()
+            .flatten()
+            .map(|svg| svg.as_str().len())
+            .sum()
+    }
 }
 
 /// A file of the shot and the hash of its bytes.

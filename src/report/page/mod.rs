@@ -1,6 +1,7 @@
 //! `report.html`: one page that holds everything about a shot and needs no other file.
 //!
-//! No script, no request to anywhere; it prints, follows the reader's light or dark preference,
+//! No request to anywhere, which its security policy holds the browser to; its own script plays the
+//! footage beside the animated rig, and the page can be read without it. It prints, follows the reader's light or dark preference,
 //! and can be read aloud. Whatever comes from outside (names, paths, prose) is escaped by the
 //! template engine; plots are [`Svg`](super::plots::Svg) values, which only our own drawing code
 //! can make, and pictures go in as data addresses.
@@ -8,17 +9,25 @@
 mod data;
 
 use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
+use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
 
 pub use data::{
-    AnimationSummary, ComponentRow, FeetSummary, FileHash, Finding, FootRow, Footage, Grade,
-    KeyRow, KeySummary, PageData, Pictures, Plots, Setting, VerdictSummary, WeightSummary,
+    AnimationSummary, Asked, ComponentRow, FeetSummary, FileHash, Finding, FootRow, Footage, Grade,
+    KeyRow, KeySummary, PageData, Pictures, Player, Plots, Setting, StripFrame, VerdictSummary,
+    WeightSummary,
 };
 
 use crate::error::{Error, Result};
 
 const TEMPLATE: &str = include_str!("report.html.jinja");
+/// What goes in as it is: the style, and the player (reading of glTF, drawing of the rig, playing).
+const PARTS: [(&str, &str); 4] = [
+    ("style", include_str!("report.css")),
+    ("gltf_script", include_str!("gltf.js")),
+    ("viewer_script", include_str!("viewer.js")),
+    ("player_script", include_str!("player.js")),
+];
 /// Ends in `.html`, by which the engine knows to escape.
 const NAME: &str = "report.html";
 
@@ -40,6 +49,9 @@ fn render(data: &PageData) -> std::result::Result<String, minijinja::Error> {
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     environment.add_filter("fixed", fixed);
     environment.add_filter("percent", |share: f64| format!("{} %", fixed(100.0 * share, 1)));
+    for (name, text) in PARTS {
+        environment.add_global(name, Value::from_safe_string(text.to_owned()));
+    }
     environment.add_template(NAME, TEMPLATE)?;
     environment.get_template(NAME)?.render(Serde(data))
 }

@@ -28,6 +28,8 @@ const WIDTH_PX: f64 = 760.0;
 const PANEL_PX: f64 = 110.0;
 const GAP_PX: f64 = 20.0;
 const TOP_PX: f64 = 92.0;
+/// Areas from here on are written in thousands.
+const THOUSANDS_FROM_PX: f64 = 100_000.0;
 
 /// Area, centre of mass from the left and from the top, and confidence over time; flagged frames
 /// shaded.
@@ -37,13 +39,20 @@ const TOP_PX: f64 = 92.0;
 pub fn silhouette_measures(input: &SilhouetteMeasures) -> Result<Svg> {
     let across: Vec<f64> = input.centre_px.iter().map(|c| c[0]).collect();
     let down: Vec<f64> = input.centre_px.iter().map(|c| c[1]).collect();
+    // Six digits would not fit beside the axis.
+    let large = input.area_px.iter().copied().fold(0.0, f64::max) >= THOUSANDS_FROM_PX;
+    let thousands: Vec<f64> = input.area_px.iter().map(|a| a / 1000.0).collect();
     let mut curves: Vec<(&str, &[f64], &[f64])> = vec![
-        ("area (px)", input.area_px, &[0.0]),
+        if large {
+            ("area (1000 px²)", &thousands, &[0.0])
+        } else {
+            ("area (px²)", input.area_px, &[0.0])
+        },
         ("centre x (px)", &across, &[]),
         ("centre y (px)", &down, &[]),
     ];
     if !input.confidence.is_empty() {
-        curves.push(("confidence", input.confidence, &[0.0, 1.0]));
+        curves.push(("confidence (0–1)", input.confidence, &[0.0, 1.0]));
     }
     let panels = curves.len() as f64;
     let frames = input.area_px.len().max(input.centre_px.len());

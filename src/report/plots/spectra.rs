@@ -68,7 +68,7 @@ pub fn spectra(input: &Spectra) -> Result<Svg> {
         heading(figure, &format!("Spectra of the components: {}", input.shot), &band_line(input))?;
         legend(figure, &entries, sides, 64.0)?;
         shade(figure, &panel, input)?;
-        panel.y_axis(figure, "amplitude", &ticks(panel.y, 6))?;
+        panel.y_axis(figure, "amplitude (standard deviations)", &ticks(panel.y, 6))?;
         rows(figure, &panel, input.fps)?;
         for (i, values) in input.amplitudes.iter().enumerate().rev() {
             let curve = cut(&panel, input.frequencies_hz, values);

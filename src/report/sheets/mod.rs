@@ -12,5 +12,7 @@ mod tile;
 
 pub use contact_sheet::{KeyTile, contact_sheet, key_image};
 pub use eigen_sheet::{EigenRow, eigen_sheet};
+pub(super) use outline::{Outline, draw_outline};
 pub(super) use overlay_sheet::reduced;
 pub use overlay_sheet::{FrameTile, evenly_chosen, overlay_sheet};
+pub(super) use tile::{scaled_mask, scaled_picture, silhouette, whole};

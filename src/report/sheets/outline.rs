@@ -10,7 +10,7 @@ const INSIDE: u8 = 128;
 
 /// How an outline is drawn.
 #[derive(Clone, Copy)]
-pub(super) struct Outline {
+pub(in crate::report) struct Outline {
     pub(super) line: Rgb,
     pub(super) width_px: f64,
     /// Opacity of the dark seam at either side.
@@ -23,7 +23,7 @@ const SEAM_PX: f64 = 1.2;
 impl Outline {
     /// Bright, in a colour that is rare in nature, with a dark seam: it stands out from fur,
     /// grass, sand, snow and sky.
-    pub(super) fn over_footage(width_px: f64) -> Self {
+    pub(in crate::report) fn over_footage(width_px: f64) -> Self {
         Self { line: [0x19, 0xe0, 0xff], width_px, seam: 0.6 }
     }
 
@@ -34,7 +34,11 @@ impl Outline {
 }
 
 /// Draws the edge of a silhouette. `coverage` has the picture's size, 255 inside and 0 outside.
-pub(super) fn draw_outline(picture: &mut RgbImage, coverage: &GrayImage, outline: Outline) {
+pub(in crate::report) fn draw_outline(
+    picture: &mut RgbImage,
+    coverage: &GrayImage,
+    outline: Outline,
+) {
     let inside = GrayImage::from_fn(coverage.width(), coverage.height(), |x, y| {
         Luma([if coverage.get_pixel(x, y)[0] >= INSIDE { 255 } else { 0 }])
     });

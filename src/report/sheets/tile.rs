@@ -61,7 +61,7 @@ fn carried(cut: Rectangle, view: (usize, usize), picture: (usize, usize)) -> Rec
 
 /// The part of a picture that shows `cut` of the `view`, at the given size. An empty picture
 /// comes out grey.
-pub(super) fn scaled_picture(
+pub(in crate::report) fn scaled_picture(
     picture: &Picture,
     cut: Rectangle,
     view: (usize, usize),
@@ -78,7 +78,7 @@ pub(super) fn scaled_picture(
 }
 
 /// The part `cut` of a mask at the given size, as coverage from 0 to 255.
-pub(super) fn scaled_mask(mask: &Mask, cut: Rectangle, size: (u32, u32)) -> GrayImage {
+pub(in crate::report) fn scaled_mask(mask: &Mask, cut: Rectangle, size: (u32, u32)) -> GrayImage {
     let inside = |x: usize, y: usize| x < mask.width() && y < mask.height() && mask.get(x, y);
     let pixels = GrayImage::from_fn(side(cut.width), side(cut.height), |x, y| {
         Luma([if inside(cut.x + x as usize, cut.y + y as usize) { 255 } else { 0 }])
@@ -87,7 +87,7 @@ pub(super) fn scaled_mask(mask: &Mask, cut: Rectangle, size: (u32, u32)) -> Gray
 }
 
 /// A silhouette dark on light.
-pub(super) fn silhouette(coverage: &GrayImage) -> RgbImage {
+pub(in crate::report) fn silhouette(coverage: &GrayImage) -> RgbImage {
     RgbImage::from_fn(coverage.width(), coverage.height(), |x, y| {
         let share = f64::from(coverage.get_pixel(x, y)[0]) / 255.0;
         ::image::Rgb(mixed(SILHOUETTE_GROUND, INK, share))
@@ -95,7 +95,7 @@ pub(super) fn silhouette(coverage: &GrayImage) -> RgbImage {
 }
 
 /// The whole of a mask.
-pub(super) fn whole(mask: &Mask) -> Rectangle {
+pub(in crate::report) fn whole(mask: &Mask) -> Rectangle {
     Rectangle { x: 0, y: 0, width: mask.width().max(1), height: mask.height().max(1) }
 }
 

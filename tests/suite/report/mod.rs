@@ -4,3 +4,4 @@ mod clip;
 mod page;
 mod plots;
 mod sheets;
+mod stored;

@@ -2,6 +2,7 @@
 
 use muybridge::report::page::*;
 use muybridge::report::plots::Band;
+use muybridge::report::{Embedded, ScriptJson};
 
 use super::clip::{self, CYCLE, FPS, FRAMES};
 use super::{plots, sheets};
@@ -116,10 +117,32 @@ fn full() -> PageData {
             silhouettes: Some(plots::some_measures()),
         },
         pictures: Pictures {
-            contact_sheet: Some(sheets::contact(&clip::keys(), (960, 540), true)),
-            overlay_sheet: Some(sheets::overlay()),
-            eigen_sheet: Some(sheets::eigen()),
+            contact_sheet: Some(Embedded::sheet(&sheets::contact(&clip::keys(), (960, 540), true))),
+            eigen_sheet: Some(Embedded::sheet(&sheets::eigen())),
         },
+        asked: vec![Asked { what: "Gait".to_owned(), value: "canter".to_owned() }],
+        warnings: vec!["Mind the third leg.".to_owned()],
+        strip: vec![
+            StripFrame {
+                frame: 7,
+                time_s: 7.0 / FPS,
+                picture: Some(Embedded::jpeg(&[0xff, 0xd8])),
+                outline: "M1 2l3 4-5 6z".to_owned(),
+                words: "the animal was lost".to_owned(),
+                excludes: true,
+            },
+            StripFrame { frame: 8, outline: "M1 2l3 4z".to_owned(), ..StripFrame::default() },
+        ],
+        player: Some(Player {
+            width: 320,
+            height: 180,
+            frames: FRAMES,
+            has_rig: true,
+            looped: false,
+            notes: vec!["Textures are left out.".to_owned()],
+            data: ScriptJson::of(&["frame"]).unwrap(),
+        }),
+        inputs: vec![FileHash { path: "clips/a.mp4".to_owned(), hash: "00ff".to_owned() }],
         files: vec![FileHash {
             path: "analysis/projections.csv".to_owned(),
             hash: "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08".to_owned(),
@@ -132,15 +155,30 @@ fn the_full_page_holds_everything_and_asks_for_nothing() {
     let html = page(&full()).unwrap();
     sheets::look("report.html", html.as_bytes());
     assert_eq!(html, page(&full()).unwrap());
-    for part in
-        ["? Doubtful", "KeyPoses, frame 3", "−0.21", "31.1 %", "30 to 32", "14.2°", "9f86d081"]
-    {
+    for part in [
+        "? Doubtful",
+        "KeyPoses, frame 3",
+        "−0.21",
+        "31.1 %",
+        "30 to 32",
+        "14.2°",
+        "9f86d081",
+        "<dt>Gait</dt><dd>canter</dd>",
+        "Mind the third leg.",
+        "frame 7 · 0.28 s<br>the animal was lost",
+        "Textures are left out.",
+        "00ff",
+        "[\"frame\"]</script>",
+    ] {
         assert!(html.contains(part), "{part}");
     }
-    assert_eq!(html.matches("<svg ").count(), 5);
-    assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 3);
+    assert_eq!(html.matches("<figure>\n<svg ").count(), 5);
+    assert_eq!(html.matches("<path class=\"outline\"").count(), 1);
+    assert_eq!(html.matches("<path class=\"alone\"").count(), 1);
+    assert_eq!(html.matches("src=\"data:image/").count(), 3);
     assert_eq!(html.matches("<img ").count(), html.matches(" alt=\"").count());
-    assert!(!html.contains("not yet made") && !html.contains("<script"));
+    assert!(!html.contains("not yet made") && !html.contains("<script src"));
+    assert!(html.contains("default-src 'none'"));
     // The one address allowed is the name space of SVG, which is never fetched.
     let outside = html.replace("http://www.w3.org/2000/svg", "");
     assert!(
@@ -162,7 +200,7 @@ fn what_is_missing_says_how_to_make_it() {
     for command in ["segment", "analyze", "keys", "animate"] {
         assert!(html.contains(&format!("<code>muybridge {command} shots/new</code>")), "{command}");
     }
-    assert!(!html.contains("<img") && !html.contains("<svg "));
+    assert!(!html.contains("<img") && !html.contains("<svg ") && !html.contains("<script"));
 }
 
 #[test]
@@ -187,7 +225,17 @@ fn every_word_from_outside_is_escaped() {
     data.settings[0] = Setting { name: evil.clone(), value: evil.clone(), changed: true };
     data.files[0] = FileHash { path: evil.clone(), hash: evil.clone() };
     data.plots.spectra = Some(plots::spectra_of(&evil));
+    data.asked[0] = Asked { what: evil.clone(), value: evil.clone() };
+    data.warnings = vec![evil.clone()];
+    data.strip[0].words = evil.clone();
+    data.inputs[0] = FileHash { path: evil.clone(), hash: evil.clone() };
+    let player = data.player.as_mut().unwrap();
+    player.notes = vec![evil.clone()];
+    player.data = ScriptJson::of(&[&evil]).unwrap();
     let html = page(&data).unwrap();
-    assert!(!html.contains("<script") && !html.contains("alert(1)</"));
-    assert!(html.matches("&lt;script&gt;").count() >= 15);
+    assert!(!html.contains("<script>alert") && !html.contains("alert(1)</"));
+    // The page's own: the player's data and the player.
+    assert_eq!(html.matches("<script").count(), 2);
+    assert_eq!(html.matches("</script").count(), 2);
+    assert!(html.matches("&lt;script&gt;").count() >= 22);
 }
