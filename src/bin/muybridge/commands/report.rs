@@ -1,10 +1,8 @@
 //! `muybridge report`.
 
-use muybridge::report;
-use muybridge::shot::paths;
-use serde_json::json;
+use muybridge::work;
 
-use super::{open, shown};
+use super::open;
 use crate::Ending;
 use crate::args::Stage;
 use crate::output::Output;
@@ -12,11 +10,9 @@ use crate::terminal::Bars;
 
 pub(crate) fn execute(args: &Stage, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
     let (shot, _lock) = open(args)?;
-    report::draw_sheets(&shot, args.force)?;
-    let kept = report::write_page(&shot, args.force)?;
+    let (document, kept) = work::report(&shot, args.force)?;
     bars.finish();
     output.kept(&kept);
-    let path = shown(&shot.path(paths::REPORT));
-    output.result(&json!({"report": path}), &path)?;
+    output.result(&document, &document.report)?;
     Ok(Ending::Done)
 }
