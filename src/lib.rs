@@ -62,5 +62,9 @@ pub mod pipeline;
 pub mod report;
 
 pub mod validate;
+pub mod work;
+
+#[cfg(feature = "studio")]
+pub mod studio;
 
 pub use error::{Error, Result};

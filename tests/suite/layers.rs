@@ -26,8 +26,9 @@ const RANKS: &[(&str, u8)] = &[
     ("shot", 5),
     ("pipeline", 6),
     ("report", 6),
-    ("studio", 7),
     ("validate", 7),
+    ("work", 7),
+    ("studio", 8),
 ];
 
 fn rank(module: &str) -> Option<u8> {

@@ -1,9 +1,8 @@
 //! `muybridge analyze`.
 
-use muybridge::pipeline;
-use muybridge::report;
 use muybridge::shot::{FlaggedFrames, StoredDiagnosis};
 use muybridge::spectrum::Gait;
+use muybridge::work;
 
 use super::{open, options};
 use crate::Ending;
@@ -24,8 +23,7 @@ pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::R
         };
         shot.save_settings()?;
     }
-    let result = pipeline::analyze(&shot, options(bars, args.stage.force))?;
-    report::write_page(&shot, false)?;
+    let result = work::analyze(&shot, options(bars, args.stage.force))?;
     bars.finish();
     output.kept(&result.outcome.kept);
     output.result(&result.diagnosis, &text(&result.diagnosis))?;

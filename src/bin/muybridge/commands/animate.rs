@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use anyhow::Context;
-use muybridge::pipeline::{self, AnimationResult};
+use muybridge::pipeline::AnimationResult;
 use muybridge::rig::{Moment, PoseSpec};
 use muybridge::shot::{
     self, PoseOfKey, Shot, StoredAnimation, StoredFeet, StoredLoop, relative_to, write_atomically,
 };
+use muybridge::work;
 
 use super::{open, options, shown};
 use crate::Ending;
@@ -19,14 +20,13 @@ pub(crate) fn execute(args: &Animate, output: &Output, bars: &Bars) -> anyhow::R
     let (mut shot, _lock) = open(&args.stage)?;
     take_flags(args, &mut shot)?;
     shot.save_settings()?;
-    let result = pipeline::animate(&shot, options(bars, args.stage.force))?;
+    let result = work::animate(&shot, options(bars, args.stage.force))?;
     bars.finish();
     output.kept(&result.outcome.kept);
-    let mut told = result.animation.clone();
-    told.path = match &args.out {
-        Some(out) => copy_out(&shot, &result, out, output)?,
-        None => shown(&shot.path(&told.path)),
-    };
+    let mut told = work::animate_document(&shot, &result.animation);
+    if let Some(out) = &args.out {
+        told.path = copy_out(&shot, &result, out, output)?;
+    }
     output.result(&told, &text(&told))?;
     Ok(Ending::Done)
 }

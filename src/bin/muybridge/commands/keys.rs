@@ -1,8 +1,7 @@
 //! `muybridge keys`.
 
-use muybridge::pipeline;
-use muybridge::report;
 use muybridge::shot::{Shot, StoredKeys, paths};
+use muybridge::work;
 
 use super::{open, options, shown};
 use crate::Ending;
@@ -15,10 +14,7 @@ pub(crate) fn execute(args: &Keys, output: &Output, bars: &Bars) -> anyhow::Resu
     let (mut shot, _lock) = open(&args.stage)?;
     take_flags(args, &mut shot)?;
     shot.save_settings()?;
-    let options = options(bars, args.stage.force);
-    let result = pipeline::keys(&shot, options)?;
-    pipeline::weights(&shot, options.for_earlier_stage())?;
-    report::draw_sheets(&shot, args.stage.force)?;
+    let result = work::keys(&shot, options(bars, args.stage.force))?;
     bars.finish();
     output.kept(&result.outcome.kept);
     output.result(&result.keys, &text(&result.keys, &shot))?;

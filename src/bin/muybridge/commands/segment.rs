@@ -1,9 +1,8 @@
 //! `muybridge segment`.
 
-use muybridge::pipeline::{self, SegmentSummary};
-use muybridge::report::{self, OverlayDrawn};
+use muybridge::pipeline::SegmentSummary;
 use muybridge::shot::{Shot, paths};
-use serde::Serialize;
+use muybridge::work::{self, OverlayDocument};
 
 use super::{open, options, shown};
 use crate::Ending;
@@ -11,35 +10,16 @@ use crate::args::Segment;
 use crate::output::Output;
 use crate::terminal::Bars;
 
-/// What `segment --json` prints.
-#[derive(Serialize)]
-struct Document<'a> {
-    #[serde(flatten)]
-    summary: &'a SegmentSummary,
-    /// The sheet, when it was asked for.
-    overlay: Option<Overlay>,
-}
-
-#[derive(Serialize)]
-struct Overlay {
-    path: String,
-    #[serde(flatten)]
-    drawn: OverlayDrawn,
-}
-
 pub(crate) fn execute(args: &Segment, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
     let (shot, _lock) = open(&args.stage)?;
-    let force = args.stage.force;
-    let summary = pipeline::segment(&shot, options(bars, force))?;
-    let drawn = args.overlay.then(|| report::draw_overlay(&shot, force)).transpose()?;
+    let document = work::segment(&shot, args.overlay, options(bars, args.stage.force))?;
     bars.finish();
-    output.kept(&summary.kept);
-    let overlay = drawn.map(|drawn| Overlay { path: shown(&shot.path(paths::OVERLAY)), drawn });
-    let mut text = text(&summary, &shot);
-    if let Some(overlay) = &overlay {
+    output.kept(&document.summary.kept);
+    let mut text = text(&document.summary, &shot);
+    if let Some(overlay) = &document.overlay {
         text.push_str(&overlay_text(overlay));
     }
-    output.result(&Document { summary: &summary, overlay }, &text)?;
+    output.result(&document, &text)?;
     Ok(Ending::Done)
 }
 
@@ -65,7 +45,7 @@ pub(crate) fn text(summary: &SegmentSummary, shot: &Shot) -> String {
     text
 }
 
-fn overlay_text(overlay: &Overlay) -> String {
+fn overlay_text(overlay: &OverlayDocument) -> String {
     let mut text = format!("outlines over the footage: {}\n", overlay.path);
     match overlay.drawn.flagged_left_out {
         0 => {}
