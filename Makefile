@@ -3,12 +3,12 @@
 CARGO ?= cargo
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 DENY_VERSION := 0.20.2
-DEBIAN_PACKAGES := ffmpeg nodejs npm
+DEBIAN_PACKAGES := ffmpeg nodejs npm chromium
 export RUSTDOCFLAGS := -D warnings
 
-.PHONY: test tools lint unit deny demo bench clean
+.PHONY: test tools page studio lint unit deny demo browser bench clean
 
-test: tools lint unit deny demo
+test: tools page lint unit deny demo browser
 
 # Programs the tests call: ffmpeg (video input) and the Khronos glTF validator (npm, pinned by
 # package-lock.json), cargo-deny. Installed only where missing.
@@ -22,13 +22,21 @@ tools:
 	@$(CARGO) deny --version 2>/dev/null | grep -q '$(DENY_VERSION)' || \
 	  $(CARGO) install --locked --quiet --debug cargo-deny --version $(DENY_VERSION)
 
+# The studio's page, which the program embeds.
+page:
+	cd studio && { [ -d node_modules/vite ] || npm ci --no-audit --no-fund; } && npm run build
+
+studio: page
+	$(CARGO) build --locked --release --features studio
+
 lint:
 	$(CARGO) fmt --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
-	$(CARGO) doc --locked --no-deps --quiet
+	$(CARGO) clippy --locked --all-targets --features studio -- -D warnings
+	$(CARGO) doc --locked --no-deps --features studio --quiet
 
 unit:
-	MUYBRIDGE_REQUIRE_TOOLS=1 $(CARGO) test --locked
+	MUYBRIDGE_REQUIRE_TOOLS=1 $(CARGO) test --locked --features studio
 
 deny:
 	$(CARGO) deny --locked check bans licenses sources
@@ -36,6 +44,14 @@ deny:
 # The main job with the release build, as a new user runs it.
 demo:
 	d=$$(mktemp -d) && $(CARGO) run --locked --release --quiet -- -q demo --out $$d/demo && rm -r $$d
+
+# The studio from an empty folder to an exported rig, and the demo's report, in headless Chromium.
+browser:
+	cd tests/browser && { [ -d node_modules/playwright-core ] || npm ci --no-audit --no-fund; }
+	$(CARGO) build --locked --features studio
+	MUYBRIDGE_BIN=target/debug/muybridge node tests/browser/studio.mjs
+	d=$$(mktemp -d) && target/debug/muybridge -q demo --out $$d/demo && \
+	  node tests/browser/report.mjs $$d/demo/report.html && rm -r $$d
 
 # Every figure of docs/performance.md. With PEERS=folder also the ratios to the Python peers in it.
 bench:

@@ -118,6 +118,15 @@ pub enum Error {
         shot: PathBuf,
     },
 
+    /// The studio cannot take the address it was given.
+    #[error("cannot listen on {address}: {source}")]
+    Listen {
+        /// Address and port.
+        address: std::net::SocketAddr,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+
     // ---- pictures ----------------------------------------------------------------------------
     /// A picture could not be decoded, or is not one that can be used.
     #[error("{}{}: {what}", path.display(), frame.map(|f| format!(" (frame {f})")).unwrap_or_default())]

@@ -36,6 +36,9 @@ impl Error {
                 "give `animate --rig FILE --pose 1=CLIP#FRAME --pose 2=CLIP@SECONDS …`, or fill [poses] and [[pose]] in shot.toml"
                     .to_owned(),
             ),
+            Error::Listen { .. } => {
+                Some("give another --port, or none to take any that is free".to_owned())
+            }
             Error::ShotBusy { .. } => Some("wait for it to end".to_owned()),
             Error::Picture { .. } => {
                 Some("export the picture again, or leave its frame out with --frames".to_owned())

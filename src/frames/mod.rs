@@ -30,6 +30,8 @@ pub use ahead::read_ahead;
 pub use decode::{MAX_PIXELS, MAX_SIDE_PX};
 pub use ffmpeg::{Ffmpeg, MovieWriter, VideoInfo};
 pub use finding::Finding;
+#[cfg(feature = "studio")]
+pub(crate) use natural::compare as natural_order;
 
 use crate::error::{Error, Result};
 use crate::image::Picture;

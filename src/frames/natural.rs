@@ -24,7 +24,7 @@ fn compare_numbers(a: &str, b: &str) -> Ordering {
 
 /// Natural order: runs of digits compare as numbers, everything else byte by byte. Names that
 /// differ by leading zeros only are ordered by their bytes, so the order is total.
-pub(super) fn compare(a: &Path, b: &Path) -> Ordering {
+pub(crate) fn compare(a: &Path, b: &Path) -> Ordering {
     let (text_a, text_b) = (a.to_string_lossy(), b.to_string_lossy());
     let (mut runs_a, mut runs_b) = (runs(&text_a), runs(&text_b));
     loop {

@@ -40,6 +40,19 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
     };
     let file = File::read(&shot.path(rig))?;
     let specs = pose_specs(shot, table.poses)?;
+    let reads = animate_reads(shot, &file)?;
+    let outside = file.referenced_files();
+    if !options.force && shot.freshness(Stage::Animate, &reads) == Freshness::UpToDate {
+        let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Animate)? };
+        let animation = shot.animation()?;
+        return Ok(AnimationResult { animation, outcome, referenced_files: outside });
+    }
+    let (animation, outcome) = write(shot, &file, &specs, &table, reads, options)?;
+    Ok(AnimationResult { animation, outcome, referenced_files: outside })
+}
+
+/// What the animation depends on.
+pub(super) fn animate_reads(shot: &Shot, file: &File) -> Result<Reads> {
     let mut rig_files = vec![file.path().to_owned()];
     rig_files.extend(file.referenced_files().into_iter().filter(|f| f.is_file()));
     let settings = (
@@ -55,14 +68,7 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
         ("settings".to_owned(), hash_value(&settings)),
     ]);
     timing::reads(shot, &mut reads)?;
-    let outside = file.referenced_files();
-    if !options.force && shot.freshness(Stage::Animate, &reads) == Freshness::UpToDate {
-        let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Animate)? };
-        let animation = shot.animation()?;
-        return Ok(AnimationResult { animation, outcome, referenced_files: outside });
-    }
-    let (animation, outcome) = write(shot, &file, &specs, &table, reads, options)?;
-    Ok(AnimationResult { animation, outcome, referenced_files: outside })
+    Ok(reads)
 }
 
 fn write(

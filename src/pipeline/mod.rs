@@ -16,6 +16,7 @@ mod new;
 mod progress;
 mod segment;
 mod stages;
+mod status;
 mod timing;
 
 pub use analysis::{MaskAnalysis, Trends, analyse_masks};
@@ -29,6 +30,7 @@ pub use new::{NewShot, NewShotReport, new_shot};
 pub use progress::{NoProgress, Progress};
 pub use segment::{FlaggedLine, SegmentSummary, SilhouetteLine, segment};
 pub use stages::{AnalyzeResult, KeysResult, analyze, keys, stored_masks_hash, weights};
+pub use status::{StageState, stage_states};
 
 /// How a stage runs.
 #[derive(Clone, Copy)]

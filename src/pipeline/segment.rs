@@ -100,15 +100,8 @@ impl SegmentSummary {
 /// # Errors
 /// Whatever the source fails with; [`Error::NoRectangles`] for footage without rectangles.
 pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
-    let by_hand = corrected_masks(shot, options)?;
+    let (reads, by_hand) = segment_reads(shot, options)?;
     let corrected: Vec<PathBuf> = by_hand.iter().map(|f| shot.path(f)).collect();
-    let reads = Reads::from([
-        ("source".to_owned(), shot.source_hash()?),
-        ("settings".to_owned(), hash_value(&(&shot.settings.source, &shot.settings.silhouette))),
-        // A table of other columns is made anew.
-        ("columns".to_owned(), SilhouetteTable::COLUMNS.join(",")),
-        ("corrections".to_owned(), hash_files(&corrected)?),
-    ]);
     if !options.force && shot.freshness(Stage::Segment, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Segment)? };
         return summary(shot, outcome, 0);
@@ -133,6 +126,20 @@ pub fn segment(shot: &Shot, options: Options) -> Result<SegmentSummary> {
     work.writer.put(paths::SILHOUETTES, table.to_csv(shot.fps()).as_bytes())?;
     let written = work.writer.commit()?;
     summary(shot, Outcome { ran: true, kept: written.kept }, work.made)
+}
+
+/// What the masks depend on, and the masks a person repainted, files relative to the shot.
+pub(super) fn segment_reads(shot: &Shot, options: Options) -> Result<(Reads, Vec<String>)> {
+    let by_hand = corrected_masks(shot, options)?;
+    let corrected: Vec<PathBuf> = by_hand.iter().map(|f| shot.path(f)).collect();
+    let reads = Reads::from([
+        ("source".to_owned(), shot.source_hash()?),
+        ("settings".to_owned(), hash_value(&(&shot.settings.source, &shot.settings.silhouette))),
+        // A table of other columns is made anew.
+        ("columns".to_owned(), SilhouetteTable::COLUMNS.join(",")),
+        ("corrections".to_owned(), hash_files(&corrected)?),
+    ]);
+    Ok((reads, by_hand))
 }
 
 /// Masks on their way to the folder.

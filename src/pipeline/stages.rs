@@ -51,19 +51,14 @@ pub fn stored_masks_hash(shot: &Shot) -> Result<String> {
 /// As [`segment`] and [`analyse_masks`](super::analyse_masks).
 pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     segment(shot, options.for_earlier_stage())?;
-    let reports = shot.frame_reports()?;
-    let settings = (&shot.settings.analysis, shot.settings.silhouette.scale_trend, shot.fps());
-    let reads = Reads::from([
-        ("masks".to_owned(), stored_masks_hash(shot)?),
-        ("reports".to_owned(), hash_value(&reports)),
-        ("settings".to_owned(), hash_value(&settings)),
-    ]);
+    let reads = analyze_reads(shot)?;
     if !options.force && shot.freshness(Stage::Analyze, &reads) == Freshness::UpToDate {
         let outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Analyze)? };
         return Ok(AnalyzeResult { diagnosis: shot.diagnosis()?, outcome });
     }
     step(options, Stage::Analyze, 0, 3)?;
     let masks = shot.masks()?;
+    let reports = shot.frame_reports()?;
     step(options, Stage::Analyze, 1, 3)?;
     let wanted = spectrum::Settings {
         gait: shot.settings.analysis.gait,
@@ -108,6 +103,16 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     let written = writer.commit()?;
     step(options, Stage::Analyze, 3, 3)?;
     Ok(AnalyzeResult { diagnosis, outcome: Outcome { ran: true, kept: written.kept } })
+}
+
+/// What the analysis depends on.
+pub(super) fn analyze_reads(shot: &Shot) -> Result<Reads> {
+    let settings = (&shot.settings.analysis, shot.settings.silhouette.scale_trend, shot.fps());
+    Ok(Reads::from([
+        ("masks".to_owned(), stored_masks_hash(shot)?),
+        ("reports".to_owned(), hash_value(&shot.frame_reports()?)),
+        ("settings".to_owned(), hash_value(&settings)),
+    ]))
 }
 
 fn grey(image: &GreyImage) -> Result<Vec<u8>> {
@@ -187,6 +192,19 @@ pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
     let analyzed = analyze(shot, options.for_earlier_stage())?;
     let projections = shot.projections()?;
     let frames = projections.used.len();
+    let reads = keys_reads(shot)?;
+    let mut outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Keys)? };
+    if options.force || shot.freshness(Stage::Keys, &reads) == Freshness::Stale {
+        let stored = chosen_keys(shot, &projections, analyzed.diagnosis.step_frames, options)?;
+        let mut writer = shot.begin(Stage::Keys, reads, options.force)?;
+        writer.put(paths::KEYS, &json(&stored)?)?;
+        outcome = Outcome { ran: true, kept: writer.commit()?.kept };
+    }
+    Ok(KeysResult { keys: shot.keys(frames)?, outcome })
+}
+
+/// What the choice of keys depends on.
+pub(super) fn keys_reads(shot: &Shot) -> Result<Reads> {
     let mut reads = Reads::from([
         ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
         ("diagnosis".to_owned(), hash_file(&shot.path(paths::DIAGNOSIS))?),
@@ -201,14 +219,7 @@ pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
         ),
     ]);
     reads.extend(phase_reads(shot)?);
-    let mut outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Keys)? };
-    if options.force || shot.freshness(Stage::Keys, &reads) == Freshness::Stale {
-        let stored = chosen_keys(shot, &projections, analyzed.diagnosis.step_frames, options)?;
-        let mut writer = shot.begin(Stage::Keys, reads, options.force)?;
-        writer.put(paths::KEYS, &json(&stored)?)?;
-        outcome = Outcome { ran: true, kept: writer.commit()?.kept };
-    }
-    Ok(KeysResult { keys: shot.keys(frames)?, outcome })
+    Ok(reads)
 }
 
 /// Hashes of the gait phase's tables, where there are any.
@@ -320,20 +331,7 @@ fn used_coefficients(shot: &Shot, projections: &Projections) -> crate::numeric::
 pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable)> {
     let chosen = keys(shot, options.for_earlier_stage())?.keys;
     let diagnosis = shot.diagnosis()?;
-    let mut reads = Reads::from([
-        ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
-        ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
-        ("step".to_owned(), number(diagnosis.step_frames)),
-        (
-            "settings".to_owned(),
-            hash_value(&(
-                shot.settings.keys.components,
-                shot.settings.analysis.band_pass,
-                weight_settings(shot),
-            )),
-        ),
-    ]);
-    reads.extend(phase_reads(shot)?);
+    let reads = weights_reads(shot)?;
     if options.force || shot.freshness(Stage::Weights, &reads) == Freshness::Stale {
         let coefficients = used_coefficients(shot, &shot.projections()?);
         let phase = shot.phase(coefficients.frames())?;
@@ -357,6 +355,26 @@ pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable
     }
     let path = shot.path(paths::WEIGHTS);
     Ok((chosen, WeightTable::from_csv(&path, &read(&path)?)?))
+}
+
+/// What the weights depend on.
+pub(super) fn weights_reads(shot: &Shot) -> Result<Reads> {
+    let diagnosis = shot.diagnosis()?;
+    let mut reads = Reads::from([
+        ("projections".to_owned(), hash_file(&shot.path(paths::PROJECTIONS))?),
+        ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
+        ("step".to_owned(), number(diagnosis.step_frames)),
+        (
+            "settings".to_owned(),
+            hash_value(&(
+                shot.settings.keys.components,
+                shot.settings.analysis.band_pass,
+                weight_settings(shot),
+            )),
+        ),
+    ]);
+    reads.extend(phase_reads(shot)?);
+    Ok(reads)
 }
 
 /// The settings of `[animation]` that weights depend on.

@@ -58,6 +58,15 @@ impl Animation {
         self.channels.iter().filter_map(|c| c.times_s.last()).copied().fold(0.0, f64::max)
     }
 
+    /// Times at which the animation has keys, seconds: those of all channels, ascending, each once.
+    #[must_use]
+    pub fn key_times_s(&self) -> Vec<f64> {
+        let mut times: Vec<f64> = self.channels.iter().flat_map(|c| c.times_s.clone()).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+
     /// For each node of the skeleton, the channels that the animation drives.
     #[must_use]
     pub fn driven(&self, skeleton: &Skeleton) -> Vec<Driven> {

@@ -220,19 +220,34 @@ impl File {
     /// document, each once. A copy of the file in another folder needs them beside it.
     #[must_use]
     pub fn referenced_files(&self) -> Vec<PathBuf> {
-        let mut found: Vec<PathBuf> = Vec::new();
-        for member in ["buffers", "images"] {
-            let list = self.document.get(member).and_then(Value::as_array);
-            for uri in list.into_iter().flatten().filter_map(|v| v.get("uri")?.as_str()) {
-                if let Ok(Target::Relative(path)) = uri::resolve(uri)
-                    && !found.contains(&PathBuf::from(&path))
-                {
-                    found.push(path.into());
-                }
+        referenced_by(&self.document)
+    }
+}
+
+/// As [`File::referenced_files`], of content whose buffers are not read: for looking at a file from
+/// a stranger before anything it names is opened.
+///
+/// # Errors
+/// [`Error::RigBroken`] for a truncated container or broken JSON.
+pub fn referenced_files(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
+    let container = container::split(bytes)
+        .map_err(|(place, reason)| broken(path, place.to_owned(), reason))?;
+    Ok(referenced_by(&parse(path, bytes, &container)?))
+}
+
+fn referenced_by(document: &Value) -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = Vec::new();
+    for member in ["buffers", "images"] {
+        let list = document.get(member).and_then(Value::as_array);
+        for uri in list.into_iter().flatten().filter_map(|v| v.get("uri")?.as_str()) {
+            if let Ok(Target::Relative(path)) = uri::resolve(uri)
+                && !found.contains(&PathBuf::from(&path))
+            {
+                found.push(path.into());
             }
         }
-        found
     }
+    found
 }
 
 fn broken(path: &Path, place: String, reason: String) -> Error {

@@ -19,7 +19,7 @@ mod surface;
 mod uri;
 
 pub use animation::Animation;
-pub use file::File;
+pub use file::{File, referenced_files};
 pub use key_poses::{KeyPoses, Moment, PoseSpec};
 pub use model::{Mesh, Model, Skin, SkinWeights};
 pub use pose::{Clip, Driven, Node, NodePose, Pose, Skeleton};

@@ -226,6 +226,18 @@ impl Shot {
         record::freshness(&self.folder, stage, reads)
     }
 
+    /// The files a stage made when it last ran, sorted; none when it never ran.
+    #[must_use]
+    pub fn made_files(&self, stage: Stage) -> Vec<String> {
+        record::made_files(&self.folder, stage)
+    }
+
+    /// What a stage read when it last ran.
+    #[must_use]
+    pub fn recorded_reads(&self, stage: Stage) -> Reads {
+        record::recorded_reads(&self.folder, stage)
+    }
+
     /// Begins to write a stage's files.
     ///
     /// # Errors

@@ -96,6 +96,16 @@ pub(super) fn freshness(shot: &Path, stage: Stage, reads: &Reads) -> Freshness {
     if same { Freshness::UpToDate } else { Freshness::Stale }
 }
 
+/// The files a stage made, sorted; none when it never ran.
+pub(super) fn made_files(shot: &Path, stage: Stage) -> Vec<String> {
+    load(shot, stage).files.into_keys().collect()
+}
+
+/// What a stage read when it last ran.
+pub(super) fn recorded_reads(shot: &Path, stage: Stage) -> Reads {
+    load(shot, stage).reads
+}
+
 /// The files of a stage that were edited or made by hand since the stage wrote them.
 pub(super) fn edited_files(shot: &Path, stage: Stage) -> Result<Vec<String>> {
     let record = load(shot, stage);

@@ -92,6 +92,20 @@ impl Shot {
         Ok(Some(SyntheticFootage::new(gait, settings)))
     }
 
+    /// The files the footage is read from, in order; none when the shot has no footage or a
+    /// synthetic one.
+    ///
+    /// # Errors
+    /// As [`frames::source_files`].
+    pub fn footage_files(&self) -> Result<Vec<PathBuf>> {
+        match &self.settings.source.from {
+            Some(from) if !from.starts_with(SYNTHETIC_PREFIX) => {
+                frames::source_files(&self.source_spec()?)
+            }
+            _ => Ok(Vec::new()),
+        }
+    }
+
     fn source_spec(&self) -> Result<SourceSpec> {
         let source = &self.settings.source;
         let location = self.path(source.from.as_deref().unwrap_or_default());

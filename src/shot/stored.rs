@@ -177,6 +177,16 @@ impl StoredKeys {
         if partners.len() == self.key_frames().len() { partners } else { Vec::new() }
     }
 
+    /// Reads the keys of a clip of `frames` frames; `path` is used in messages.
+    ///
+    /// # Errors
+    /// When they cannot be understood or make no sense.
+    pub fn from_json(path: &Path, bytes: &[u8], frames: usize) -> Result<Self> {
+        let keys: Self = parsed(path, bytes)?;
+        keys.check(path, frames)?;
+        Ok(keys)
+    }
+
     /// Checks what a hand may have edited: numbers 1, 2, 3… in order, keys before partners, frames
     /// of the clip.
     fn check(&self, path: &Path, frames: usize) -> Result<()> {
@@ -358,9 +368,7 @@ impl Shot {
     /// When they are missing, cannot be understood, or make no sense.
     pub fn keys(&self, frames: usize) -> Result<StoredKeys> {
         let path = self.path(paths::KEYS);
-        let keys: StoredKeys = document(&path)?;
-        keys.check(&path, frames)?;
-        Ok(keys)
+        StoredKeys::from_json(&path, &read(&path)?, frames)
     }
 
     /// What `animate` made, as stored.
@@ -373,6 +381,10 @@ impl Shot {
 }
 
 fn document<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    serde_json::from_slice(&read(path)?)
+    parsed(path, &read(path)?)
+}
+
+fn parsed<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T> {
+    serde_json::from_slice(bytes)
         .map_err(|e| Error::Document { path: path.to_owned(), what: e.to_string() })
 }

@@ -24,4 +24,6 @@ mod rig;
 mod samples;
 mod shot_folder;
 mod silhouette;
+#[cfg(feature = "studio")]
+mod studio;
 mod validation;

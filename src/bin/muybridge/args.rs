@@ -56,6 +56,8 @@ pub(crate) enum Command {
     Report(Report),
     /// Every stage that can run, in order; redoes only what changed.
     Run(Run),
+    /// The studio: a page in your browser to draw, look and decide in.
+    Studio(Studio),
     /// Render a clip whose motion is known, run the method blind, compare with the truth.
     Validate(Validate),
     /// A clip's silhouettes as PNG.
@@ -310,6 +312,26 @@ pub(crate) struct Run {
     /// Exit with 3 when the clip is unusable.
     #[arg(long)]
     pub(crate) strict: bool,
+}
+
+/// `studio`.
+#[derive(Debug, Args)]
+pub(crate) struct Studio {
+    /// A shot to open at once.
+    pub(crate) shot: Option<PathBuf>,
+    /// The folder below which shots, footage and rigs can be chosen. Default: the working folder, or
+    /// the shot's parent when the shot is elsewhere.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) root: Option<PathBuf>,
+    /// The port to listen on; 0 takes any that is free.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) port: u16,
+    /// The address to listen on. Anything but a loopback address lets other computers try.
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
+    pub(crate) bind: std::net::IpAddr,
+    /// Only print the address; do not open a browser.
+    #[arg(long)]
+    pub(crate) no_browser: bool,
 }
 
 /// Which model, clip and view to render.

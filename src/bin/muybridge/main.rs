@@ -61,6 +61,7 @@ fn run(command: Command, output: &Output, bars: &Bars) -> anyhow::Result<Ending>
         Command::Animate(args) => commands::animate::execute(&args, output, bars),
         Command::Report(args) => commands::report::execute(&args, output, bars),
         Command::Run(args) => commands::run::execute(&args, output, bars),
+        Command::Studio(args) => commands::studio::execute(&args, output),
         Command::Validate(args) => commands::validate::execute(&args, output, bars),
         Command::Render(args) => commands::render::execute(&args, output),
         Command::Samples(args) => commands::samples::execute(&args, output),

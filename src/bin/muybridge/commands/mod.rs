@@ -11,6 +11,7 @@ pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod samples;
 pub(crate) mod segment;
+pub(crate) mod studio;
 pub(crate) mod validate;
 
 use std::path::Path;

@@ -1,0 +1,6 @@
+//! The studio, spoken to over real connections.
+
+mod client;
+mod files;
+mod safety;
+mod work;
