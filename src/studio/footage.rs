@@ -3,7 +3,7 @@
 //! the decoder is sought.
 
 use std::num::NonZeroU32;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -212,7 +212,7 @@ impl Clip {
     }
 
     /// Puts a picture into the folder, if there is room; a full disk is no reason to fail.
-    fn keep(&self, path: &PathBuf, bytes: &[u8]) -> bool {
+    fn keep(&self, path: &Path, bytes: &[u8]) -> bool {
         let length = bytes.len() as u64;
         if self.lock().bytes + length > MOST_BYTES {
             return false;
