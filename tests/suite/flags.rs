@@ -33,9 +33,10 @@ fn segment_says_what_is_known_of_each_frame() {
     let desk = cut_gallop();
     let document = desk.json("segment shot");
     let keys: Vec<&String> = document.as_object().unwrap().keys().collect();
-    let shape = ["frames", "silhouettes", "flagged", "correct_next", "kept", "ran", "overlay"];
+    let shape =
+        ["frames", "silhouettes", "flagged", "correct_next", "kept", "ran", "made", "overlay"];
     assert_eq!(keys, shape);
-    assert_eq!(document["frames"], 60);
+    assert_eq!((&document["frames"], &document["made"]), (&json!(60), &json!(60)));
     let lines = document["silhouettes"].as_array().unwrap();
     assert_eq!(lines.len(), 60);
     let keys: Vec<&String> = lines[0].as_object().unwrap().keys().collect();
