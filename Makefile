@@ -31,7 +31,6 @@ studio: page
 
 lint:
 	$(CARGO) fmt --check
-	$(CARGO) clippy --locked --all-targets -- -D warnings
 	$(CARGO) clippy --locked --all-targets --features studio -- -D warnings
 	$(CARGO) doc --locked --no-deps --features studio --quiet
 
