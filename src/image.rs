@@ -13,8 +13,12 @@
 //!
 //! Colour profiles in the file are not applied.
 
+mod yuv;
+
 use ::image::DynamicImage;
 use rayon::prelude::*;
+
+pub use yuv::{Frame, YuvConversion, YuvMatrix, YuvPicture};
 
 use crate::error::{Error, Result};
 

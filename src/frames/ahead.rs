@@ -5,7 +5,7 @@ use std::thread;
 
 use super::FrameSource;
 use crate::error::{Error, Result};
-use crate::image::Picture;
+use crate::image::{Frame, Picture};
 
 /// What a source says before it is read.
 struct Head {
@@ -40,7 +40,7 @@ pub fn read_ahead(
         };
         let mut heard = say_head.send(Ok(head)).is_ok();
         while heard {
-            let next = source.next_frame();
+            let next = source.next_stored();
             let last = !matches!(next, Ok(Some(_)));
             heard = send.send(next).is_ok() && !last;
         }
@@ -55,7 +55,7 @@ pub fn read_ahead(
 
 struct ReadAhead {
     head: Head,
-    receiver: Receiver<Result<Option<Picture>>>,
+    receiver: Receiver<Result<Option<Frame>>>,
     ended: bool,
 }
 
@@ -77,6 +77,10 @@ impl FrameSource for ReadAhead {
     }
 
     fn next_frame(&mut self) -> Result<Option<Picture>> {
+        Ok(self.next_stored()?.map(Frame::into_rgb))
+    }
+
+    fn next_stored(&mut self) -> Result<Option<Frame>> {
         if self.ended {
             return Ok(None);
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{FrameRange, FrameSource};
 use crate::error::{Error, Result};
-use crate::image::Picture;
+use crate::image::{Frame, Picture};
 
 fn outside(location: &Path, range: FrameRange, available: usize) -> Error {
     Error::FrameRangeOutside {
@@ -49,11 +49,11 @@ impl<S: FrameSource> Chosen<S> {
         Ok(Self { inner, location: location.to_owned(), range, read: 0 })
     }
 
-    fn step(&mut self, range: FrameRange) -> Result<Picture> {
-        let picture =
-            self.inner.next_frame()?.ok_or_else(|| outside(&self.location, range, self.read))?;
+    fn step(&mut self, range: FrameRange) -> Result<Frame> {
+        let frame =
+            self.inner.next_stored()?.ok_or_else(|| outside(&self.location, range, self.read))?;
         self.read += 1;
-        Ok(picture)
+        Ok(frame)
     }
 }
 
@@ -75,7 +75,11 @@ impl<S: FrameSource> FrameSource for Chosen<S> {
     }
 
     fn next_frame(&mut self) -> Result<Option<Picture>> {
-        let Some(range) = self.range else { return self.inner.next_frame() };
+        Ok(self.next_stored()?.map(Frame::into_rgb))
+    }
+
+    fn next_stored(&mut self) -> Result<Option<Frame>> {
+        let Some(range) = self.range else { return self.inner.next_stored() };
         while self.read < range.first {
             self.step(range)?;
         }

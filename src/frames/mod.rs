@@ -34,7 +34,7 @@ pub use finding::Finding;
 pub(crate) use natural::compare as natural_order;
 
 use crate::error::{Error, Result};
-use crate::image::Picture;
+use crate::image::{Frame, Picture};
 use location::Located;
 
 /// Footage read front to back, one frame in memory at a time.
@@ -52,6 +52,14 @@ pub trait FrameSource {
     /// # Errors
     /// When the frame cannot be read, is damaged, or has another size than the first.
     fn next_frame(&mut self) -> Result<Option<Picture>>;
+    /// The next frame in the form its source holds it, for readers that look colours up and need no
+    /// conversion. Only a video opened [as stored](SourceSpec::as_stored) holds luma and chroma.
+    ///
+    /// # Errors
+    /// As [`next_frame`](Self::next_frame).
+    fn next_stored(&mut self) -> Result<Option<Frame>> {
+        Ok(self.next_frame()?.map(Frame::Rgb))
+    }
     /// What was noticed about the source, in words.
     fn findings(&self) -> Vec<String> {
         Vec::new()
@@ -126,13 +134,17 @@ pub struct SourceSpec {
     /// Frames a second the footage is said to have, finite and above zero. It replaces the rate
     /// the source states; it never changes which frames are read.
     pub fps: Option<f64>,
+    /// Whether video that is stored as 8-bit luma and chroma, 4:2:0, is handed over so, to be
+    /// converted here ([`YuvConversion`](crate::image::YuvConversion)) if at all, instead of by
+    /// ffmpeg. Other sources take no notice.
+    pub as_stored: bool,
 }
 
 impl SourceSpec {
     /// All of the footage at `location`, at its own rate.
     #[must_use]
     pub fn new(location: impl Into<PathBuf>) -> Self {
-        Self { location: location.into(), frames: None, fps: None }
+        Self { location: location.into(), frames: None, fps: None, as_stored: false }
     }
 }
 
@@ -179,6 +191,10 @@ impl FrameSource for Footage {
         self.source.next_frame()
     }
 
+    fn next_stored(&mut self) -> Result<Option<Frame>> {
+        self.source.next_stored()
+    }
+
     fn findings(&self) -> Vec<String> {
         self.findings.iter().map(ToString::to_string).collect()
     }
@@ -214,7 +230,7 @@ fn open_with(spec: &SourceSpec, find: impl FnOnce(&Path) -> Result<Ffmpeg>) -> R
             }
             Located::Video(path) => {
                 let ffmpeg = find(&path)?;
-                let video = ffmpeg::Video::open(&ffmpeg, &path, spec.frames)?;
+                let video = ffmpeg::Video::open(&ffmpeg, &path, spec.frames, spec.as_stored)?;
                 let (findings, info) = (video.findings(), video.info().clone());
                 (Box::new(chosen::Chosen::new(video, &path, spec.frames)?), findings, Some(info))
             }

@@ -64,6 +64,18 @@ impl Shot {
     /// # Errors
     /// As [`frames::open`]; [`Error::UnknownGait`] for a synthetic source of another name.
     pub fn footage(&self) -> Result<Option<Box<dyn FrameSource>>> {
+        self.opened_footage(false)
+    }
+
+    /// The same with frames [as stored](SourceSpec::as_stored).
+    ///
+    /// # Errors
+    /// As [`footage`](Self::footage).
+    pub fn stored_footage(&self) -> Result<Option<Box<dyn FrameSource>>> {
+        self.opened_footage(true)
+    }
+
+    fn opened_footage(&self, as_stored: bool) -> Result<Option<Box<dyn FrameSource>>> {
         if self.settings.source.from.is_none() {
             return Ok(None);
         }
@@ -74,7 +86,8 @@ impl Shot {
             };
             return Ok(Some(Box::new(footage)));
         }
-        Ok(Some(Box::new(frames::open(&self.source_spec()?)?)))
+        let spec = SourceSpec { as_stored, ..self.source_spec()? };
+        Ok(Some(Box::new(frames::open(&spec)?)))
     }
 
     /// The synthetic footage that is the source, with its truth; `None` for other sources.
@@ -109,7 +122,8 @@ impl Shot {
     fn source_spec(&self) -> Result<SourceSpec> {
         let source = &self.settings.source;
         let location = self.path(source.from.as_deref().unwrap_or_default());
-        Ok(SourceSpec { location, frames: self.range()?, fps: source.fps })
+        let (frames, fps) = (self.range()?, source.fps);
+        Ok(SourceSpec { frames, fps, ..SourceSpec::new(location) })
     }
 
     /// The mattes.

@@ -1,8 +1,8 @@
 //! Video files, decoded by the `ffmpeg` program.
 //!
 //! Only `ffmpeg` itself is needed, `ffprobe` is not. A file is read twice: once without decoding,
-//! for the times of its frames ([`probe`]), and once decoded, each picture through a pipe as PPM
-//! ([`stream`]), which carries its own size. So the size is that of the decoded picture, upright
+//! for the times of its frames ([`probe`]), and once decoded, each picture through a pipe as PPM or,
+//! unconverted, as PGM ([`stream`]), which carry their own size. So the size is that of the decoded picture, upright
 //! by the file's rotation flag, and memory does not grow with the clip (but for the 8 bytes a frame
 //! of the first reading).
 //!
@@ -23,8 +23,8 @@ pub use program::Ffmpeg;
 
 use super::{Finding, FrameRange, FrameSource, decode};
 use crate::error::{Error, Result};
-use crate::image::Picture;
-use stream::Stream;
+use crate::image::{Frame, Picture};
+use stream::{Stream, Wanted};
 
 /// What a video file says about itself, for logs and progress.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -54,7 +54,7 @@ pub(super) struct Video {
     info: VideoInfo,
     stream: Stream,
     /// Decoded when the source was opened.
-    opening: Option<Picture>,
+    opening: Option<Frame>,
     /// Why the file is known to be cut short, to be said where it ends.
     shortfall: Option<String>,
     /// Frames given out so far.
@@ -66,7 +66,14 @@ pub(super) struct Video {
 impl Video {
     /// Opens a file, looks at its time stamps and decodes the first frame. No more than `range`
     /// needs is decoded, but frames before it are.
-    pub(super) fn open(ffmpeg: &Ffmpeg, path: &Path, range: Option<FrameRange>) -> Result<Self> {
+    /// `as_stored` leaves pictures in luma and chroma where the file holds them in a form that
+    /// [`YuvPicture`](crate::image::YuvPicture) can.
+    pub(super) fn open(
+        ffmpeg: &Ffmpeg,
+        path: &Path,
+        range: Option<FrameRange>,
+        as_stored: bool,
+    ) -> Result<Self> {
         let probe = probe::run(ffmpeg, path)?;
         if let Some((width, height)) = probe.size {
             decode::check_size(path, 0, width, height)?;
@@ -79,8 +86,15 @@ impl Video {
                 }
             })?;
         let wanted = range.map(|r| r.last() + 1);
-        let resample = timing.variable.then_some(timing.fps);
-        let mut stream = Stream::start(ffmpeg, path, probe.interlaced, resample, wanted)?;
+        let even = |(width, height): (usize, usize)| width % 2 == 0 && height % 2 == 0;
+        let stored = as_stored && probe.size.is_some_and(even);
+        let ask = Wanted {
+            interlaced: probe.interlaced,
+            resample_fps: timing.variable.then_some(timing.fps),
+            limit: wanted,
+            matrix: probe.matrix.filter(|_| stored),
+        };
+        let mut stream = Stream::start(ffmpeg, path, &ask)?;
         let opening = stream.next()?.ok_or_else(|| Error::VideoUnreadable {
             path: path.to_owned(),
             log: "no frame could be decoded".to_owned(),
@@ -139,11 +153,15 @@ impl FrameSource for Video {
     }
 
     fn next_frame(&mut self) -> Result<Option<Picture>> {
-        let picture = match self.opening.take() {
-            Some(picture) => Some(picture),
+        Ok(self.next_stored()?.map(Frame::into_rgb))
+    }
+
+    fn next_stored(&mut self) -> Result<Option<Frame>> {
+        let frame = match self.opening.take() {
+            Some(frame) => Some(frame),
             None => self.stream.next()?,
         };
-        let Some(picture) = picture else {
+        let Some(frame) = frame else {
             return match self.shortfall.take() {
                 Some(log) if self.wanted.is_none_or(|wanted| self.given < wanted) => {
                     Err(Error::VideoDamaged { path: self.path.clone(), frame: self.given, log })
@@ -151,11 +169,11 @@ impl FrameSource for Video {
                 _ => Ok(None),
             };
         };
-        let size = (picture.width(), picture.height());
+        let size = (frame.width(), frame.height());
         let expected = (self.info.width, self.info.height);
         decode::check_same_size(&self.path, self.given, size, expected)?;
         self.given += 1;
-        Ok(Some(picture))
+        Ok(Some(frame))
     }
 }
 

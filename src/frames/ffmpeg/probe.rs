@@ -13,6 +13,7 @@ use std::thread;
 use super::program::Ffmpeg;
 use super::stream::Child;
 use crate::error::{Error, Result};
+use crate::image::YuvMatrix;
 
 /// Lines of ffmpeg's messages kept: the description of the file comes first and is never longer.
 const LINES_KEPT: usize = 400;
@@ -45,6 +46,8 @@ pub(super) struct Probe {
     pub(super) interlaced: bool,
     /// Width of a pixel over its height.
     pub(super) pixel_aspect: f64,
+    /// The matrix of the stored colours, where they are 8-bit 4:2:0 of video range.
+    pub(super) matrix: Option<YuvMatrix>,
     /// Duration the header states, seconds.
     pub(super) stated_s: Option<f64>,
     /// Time to which packets of any stream reach, from the first, seconds.
@@ -250,6 +253,7 @@ fn describe(messages: &[String], probe: &mut Probe) {
             if in_video {
                 probe.nominal_fps = stated_fps(line);
                 probe.interlaced = FIELD_ORDERS.iter().any(|order| line.contains(order));
+                probe.matrix = stated_matrix(line);
             }
         } else if in_video && let Some((_, degrees)) = line.split_once("rotation of ") {
             // ffmpeg states the turn counter-clockwise.
@@ -261,6 +265,30 @@ fn describe(messages: &[String], probe: &mut Probe) {
     if guessed {
         probe.stated_s = None;
     }
+}
+
+/// The matrix of a stream whose line says `yuv420p`, followed perhaps by what is known of its
+/// colours: `yuv420p(tv, bt709, progressive)` or `yuv420p(bt470bg/unknown/smpte170m)`, the matrix
+/// before primaries and curve. Where nothing is said it is that of BT.601, as ffmpeg's own
+/// conversion has it. `None` for other formats, full range and rarer matrices.
+fn stated_matrix(line: &str) -> Option<YuvMatrix> {
+    let (_, rest) = line.split_once(", yuv420p")?;
+    let known = match rest.strip_prefix('(') {
+        Some(rest) => rest.split_once(')')?.0,
+        None => rest.starts_with(',').then_some("")?,
+    };
+    let words: Vec<&str> = known.split(", ").map(|w| w.split('/').next().unwrap_or(w)).collect();
+    let other = ["pc", "gbr", "fcc", "smpte240m", "ycgco", "bt2020c", "smpte2085"];
+    if words.iter().any(|w| other.contains(w) || w.starts_with("chroma-derived") || *w == "ictcp") {
+        return None;
+    }
+    Some(if words.contains(&"bt709") {
+        YuvMatrix::Bt709
+    } else if words.contains(&"bt2020nc") {
+        YuvMatrix::Bt2020
+    } else {
+        YuvMatrix::Bt601
+    })
 }
 
 /// The rate in a stream's line: `…, 29.97 fps, …`; thousands are written `1k`.
@@ -320,6 +348,26 @@ Output #0, framecrc, to 'pipe:1':
                 "  Stream #0:0: Video: mpeg2video (Main), yuv420p({order}), 720x576, 25 fps"
             );
             assert_eq!(described(&line).interlaced, interlaced, "{order}");
+        }
+    }
+
+    #[test]
+    fn the_matrix_is_that_of_the_stated_colours() {
+        for (format, matrix) in [
+            ("yuv420p, 320x240", Some(YuvMatrix::Bt601)),
+            ("yuv420p(progressive), 320x240", Some(YuvMatrix::Bt601)),
+            ("yuv420p(tv, bt709, progressive), 320x240", Some(YuvMatrix::Bt709)),
+            ("yuv420p(bt470bg/unknown/bt709), 320x240", Some(YuvMatrix::Bt601)),
+            ("yuv420p(unknown/bt709/bt709), 320x240", Some(YuvMatrix::Bt601)),
+            ("yuv420p(tv, bt2020nc/bt2020/arib-std-b67), 320x240", Some(YuvMatrix::Bt2020)),
+            ("yuv420p(pc, bt709), 320x240", None),
+            ("yuv420p(smpte240m), 320x240", None),
+            ("yuvj420p(pc, bt470bg/unknown/unknown), 320x240", None),
+            ("yuv420p10le(tv, bt709), 320x240", None),
+            ("yuv444p, 320x240", None),
+        ] {
+            let line = format!("  Stream #0:0: Video: h264 (High), {format}, 25 fps");
+            assert_eq!(described(&line).matrix, matrix, "{format}");
         }
     }
 

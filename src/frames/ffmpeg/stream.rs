@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use super::program::Ffmpeg;
 use crate::error::{Error, Result};
 use crate::frames::decode;
-use crate::image::Picture;
+use crate::image::{Frame, Picture, YuvMatrix, YuvPicture};
 
 /// Last lines of ffmpeg's messages shown in an error.
 pub(super) const LINES_SHOWN: usize = 6;
@@ -98,6 +98,21 @@ impl Messages {
     }
 }
 
+/// What is asked of the second reading.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Wanted {
+    /// Whether frames hold two fields: the first is kept and its missing lines are filled from both
+    /// and the frames around (ffmpeg's bwdif), as an animal that moves has two outlines otherwise.
+    pub(super) interlaced: bool,
+    /// The constant rate to resample to; without, every frame comes once.
+    pub(super) resample_fps: Option<f64>,
+    /// Most frames.
+    pub(super) limit: Option<usize>,
+    /// The matrix of a video whose frames are wanted in luma and chroma, 8-bit 4:2:0 with even
+    /// sides; without, ffmpeg converts them to RGB.
+    pub(super) matrix: Option<YuvMatrix>,
+}
+
 /// Decoded pictures of one video, in order.
 pub(super) struct Stream {
     // Declared first, so that it is dropped first: only then do the pipes close.
@@ -106,34 +121,29 @@ pub(super) struct Stream {
     messages: Arc<Mutex<Messages>>,
     listener: Option<JoinHandle<()>>,
     path: PathBuf,
+    matrix: Option<YuvMatrix>,
     given: usize,
     ended: bool,
 }
 
 impl Stream {
-    /// Starts decoding: every frame once, or resampled to `resample_fps`; `limit` frames at most. Of
-    /// interlaced frames the first field is kept and its missing lines are filled from both fields
-    /// and the frames around (ffmpeg's bwdif): an animal that moves has two outlines otherwise.
-    pub(super) fn start(
-        ffmpeg: &Ffmpeg,
-        path: &Path,
-        interlaced: bool,
-        resample_fps: Option<f64>,
-        limit: Option<usize>,
-    ) -> Result<Self> {
+    /// Starts decoding.
+    pub(super) fn start(ffmpeg: &Ffmpeg, path: &Path, wanted: &Wanted) -> Result<Self> {
         let mut command = ffmpeg.reading(path, "error");
         command.args(["-map", "0:V:0"]);
-        let deinterlaced = interlaced.then(|| "bwdif=mode=send_frame".to_owned());
-        let resampled = resample_fps.map(|fps| format!("fps=fps={fps:.9}"));
+        let deinterlaced = wanted.interlaced.then(|| "bwdif=mode=send_frame".to_owned());
+        let resampled = wanted.resample_fps.map(|fps| format!("fps=fps={fps:.9}"));
         let filters: Vec<String> = deinterlaced.into_iter().chain(resampled).collect();
         if !filters.is_empty() {
             command.arg("-vf").arg(filters.join(","));
         }
         command.args(ffmpeg.every_frame_once());
-        if let Some(limit) = limit {
+        if let Some(limit) = wanted.limit {
             command.arg("-frames:v").arg(limit.to_string());
         }
-        command.args(["-pix_fmt", "rgb24", "-c:v", "ppm", "-f", "image2pipe", "pipe:1"]);
+        let [pixels, codec] =
+            if wanted.matrix.is_some() { ["yuv420p", "pgmyuv"] } else { ["rgb24", "ppm"] };
+        command.args(["-pix_fmt", pixels, "-c:v", codec, "-f", "image2pipe", "pipe:1"]);
         let mut child = Child::spawn(ffmpeg, path, &mut command)?;
         let (Some(stdout), Some(stderr)) = (child.take_stdout(), child.take_stderr()) else {
             return Err(Error::VideoUnreadable { path: path.to_owned(), log: String::new() });
@@ -150,13 +160,14 @@ impl Stream {
             messages,
             listener: Some(listener),
             path: path.to_owned(),
+            matrix: wanted.matrix,
             given: 0,
             ended: false,
         })
     }
 
     /// The next picture, or `None` when all have come and ffmpeg had nothing to complain of.
-    pub(super) fn next(&mut self) -> Result<Option<Picture>> {
+    pub(super) fn next(&mut self) -> Result<Option<Frame>> {
         if self.ended {
             return Ok(None);
         }
@@ -164,12 +175,12 @@ impl Stream {
             self.ended = true;
             return Err(self.damaged());
         }
-        match read_ppm(&mut self.pipe) {
-            Ok(Some(Ppm::Picture(picture))) => {
+        match read_pnm(&mut self.pipe, self.matrix) {
+            Ok(Some(Pnm::Frame(frame))) => {
                 self.given += 1;
-                Ok(Some(picture))
+                Ok(Some(frame))
             }
-            Ok(Some(Ppm::TooLarge(width, height))) => {
+            Ok(Some(Pnm::TooLarge(width, height))) => {
                 self.ended = true;
                 decode::check_size(&self.path, self.given, width, height).map(|()| None)
             }
@@ -223,36 +234,46 @@ fn listen(from: impl Read, messages: &Mutex<Messages>) {
 }
 
 /// One picture of the pipe.
-enum Ppm {
-    Picture(Picture),
+enum Pnm {
+    Frame(Frame),
     /// Larger than the limits; the pixels were not read.
     TooLarge(usize, usize),
 }
 
-/// Reads one binary PPM picture (`P6`, width, height, 255, pixels) as ffmpeg writes it, without
-/// comments; `None` at a clean end.
-fn read_ppm(from: &mut impl BufRead) -> std::io::Result<Option<Ppm>> {
+/// Reads one binary picture as ffmpeg writes it, without comments; `None` at a clean end. RGB comes
+/// as PPM (`P6`, width, height, 255, pixels); luma and chroma, when a `matrix` says what they mean,
+/// as PGM (`P5`) of half as many rows again, which hold the chroma (ffmpeg's `pgmyuv`).
+fn read_pnm(from: &mut impl BufRead, matrix: Option<YuvMatrix>) -> std::io::Result<Option<Pnm>> {
     if from.fill_buf()?.is_empty() {
         return Ok(None);
     }
     let bad = || std::io::Error::from(ErrorKind::InvalidData);
     let mut words = [0_usize; 3];
-    if word(from)? != "P6" {
+    if word(from)? != if matrix.is_some() { "P5" } else { "P6" } {
         return Err(bad());
     }
     for value in &mut words {
         *value = word(from)?.parse().map_err(|_| bad())?;
     }
-    let [width, height, full] = words;
+    let [width, rows, full] = words;
     if full != 255 {
         return Err(bad());
     }
+    let height = if matrix.is_some() { rows / 3 * 2 } else { rows };
     if decode::check_size(Path::new(""), 0, width, height).is_err() {
-        return Ok(Some(Ppm::TooLarge(width, height)));
+        return Ok(Some(Pnm::TooLarge(width, height)));
     }
-    let mut rgb = vec![0; 3 * width * height];
-    from.read_exact(&mut rgb)?;
-    Picture::from_rgb(width, height, rgb).map(|p| Some(Ppm::Picture(p))).ok_or_else(bad)
+    let length = if matrix.is_some() { width * rows } else { 3 * width * rows };
+    // Memory that is read into need not be cleared first.
+    let mut bytes = Vec::with_capacity(length);
+    if from.by_ref().take(length as u64).read_to_end(&mut bytes)? < length {
+        return Err(ErrorKind::UnexpectedEof.into());
+    }
+    let frame = match matrix {
+        Some(matrix) => YuvPicture::new(width, height, matrix, bytes).map(Frame::Yuv),
+        None => Picture::from_rgb(width, height, bytes).map(Frame::Rgb),
+    };
+    frame.map(|f| Some(Pnm::Frame(f))).ok_or_else(bad)
 }
 
 /// A word and the one white space behind it.
@@ -275,18 +296,35 @@ fn word(from: &mut impl BufRead) -> std::io::Result<String> {
 mod tests {
     use super::*;
 
-    fn read(mut bytes: &[u8]) -> std::io::Result<Option<Ppm>> {
-        read_ppm(&mut bytes)
+    fn read(mut bytes: &[u8]) -> std::io::Result<Option<Pnm>> {
+        read_pnm(&mut bytes, None)
     }
 
     #[test]
     fn pictures_follow_each_other_and_end_cleanly() {
         let mut bytes: &[u8] = b"P6\n2 1\n255\nabcdefP6\n1 1\n255\n\n\n\n";
         for rgb in [&b"abcdef"[..], b"\n\n\n"] {
-            let Some(Ppm::Picture(picture)) = read_ppm(&mut bytes).unwrap() else { panic!() };
+            let Some(Pnm::Frame(Frame::Rgb(picture))) = read_pnm(&mut bytes, None).unwrap() else {
+                panic!()
+            };
             assert_eq!(picture.rgb(), rgb);
         }
-        assert!(read_ppm(&mut bytes).unwrap().is_none());
+        assert!(read_pnm(&mut bytes, None).unwrap().is_none());
+    }
+
+    #[test]
+    fn luma_and_chroma_come_as_rows_below_each_other() {
+        let matrix = Some(YuvMatrix::Bt709);
+        let mut bytes: &[u8] = b"P5\n4 3\n255\nabcdefghuUvV";
+        let Some(Pnm::Frame(Frame::Yuv(picture))) = read_pnm(&mut bytes, matrix).unwrap() else {
+            panic!()
+        };
+        assert_eq!((picture.width(), picture.height()), (4, 2));
+        assert_eq!(picture.luma_row(1), b"efgh");
+        assert_eq!(picture.chroma_rows(0), (&b"uU"[..], &b"vV"[..]));
+        for foreign in [&b"P6\n4 3\n255\nabcdefghuUvV"[..], b"P5\n4 4\n255\nabcdefghuUvVabcd"] {
+            assert!(read_pnm(&mut &foreign[..], matrix).is_err());
+        }
     }
 
     #[test]
@@ -298,7 +336,7 @@ mod tests {
         for foreign in [&b"P5\n1 1\n255\na"[..], b"P6\n1 1\n65535\nabcdef", b"P6\n-1 1\n255\nabc"] {
             assert!(read(foreign).is_err());
         }
-        assert!(matches!(read(b"P6\n20000 1\n255\n"), Ok(Some(Ppm::TooLarge(20_000, 1)))));
+        assert!(matches!(read(b"P6\n20000 1\n255\n"), Ok(Some(Pnm::TooLarge(20_000, 1)))));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use super::*;
 use crate::frames::{SourceSpec, open};
+use crate::image::YuvMatrix;
 
 /// A clip that ffmpeg makes in a temporary folder.
 struct Clips {
@@ -173,6 +174,70 @@ fn interlaced_frames_are_read_without_combs() {
     assert!(unsaid.is_empty(), "{unsaid:?}");
     assert_eq!(frames, same);
     assert!(combs < 0.2 * raw, "{combs} of {raw}");
+}
+
+/// Our conversion of stored colours beside ffmpeg's own, which rounds more coarsely: the same matrix,
+/// the same range, chroma at the same place.
+#[test]
+fn frames_as_stored_are_the_same_pictures() {
+    let Some(clips) = Clips::new() else { return };
+    for (matrix, tags) in [
+        (YuvMatrix::Bt601, ""),
+        (YuvMatrix::Bt709, "-colorspace bt709 -color_primaries bt709 -color_trc bt709"),
+        (YuvMatrix::Bt2020, "-colorspace bt2020nc -color_range tv"),
+    ] {
+        let source = "-f lavfi -i testsrc2=s=150x98:r=25:d=0.2 -pix_fmt yuv420p -c:v ffv1";
+        let path = clips.make("t.mkv", &format!("{source} {tags}"));
+        let mut converted = open(&SourceSpec::new(&path)).unwrap();
+        let stored = SourceSpec { as_stored: true, ..SourceSpec::new(&path) };
+        let mut stored = open(&stored).unwrap();
+        let mut frames = 0;
+        while let Some(theirs) = converted.next_frame().unwrap() {
+            let Some(Frame::Yuv(frame)) = stored.next_stored().unwrap() else {
+                panic!("{matrix:?}")
+            };
+            assert_eq!(frame.matrix(), matrix);
+            let ours = frame.to_rgb();
+            let apart = ours.rgb().iter().zip(theirs.rgb()).map(|(a, b)| a.abs_diff(*b));
+            assert!(apart.clone().max() <= Some(3), "{matrix:?}: {:?}", apart.max());
+            let mean = apart.map(f64::from).sum::<f64>() / ours.rgb().len() as f64;
+            assert!(mean < 1.0, "{matrix:?}: {mean}");
+            frames += 1;
+        }
+        assert!(stored.next_stored().unwrap().is_none());
+        assert_eq!(frames, 5);
+    }
+}
+
+#[test]
+fn what_is_stored_otherwise_comes_converted() {
+    let Some(clips) = Clips::new() else { return };
+    for (name, format) in [
+        ("odd.mkv", "-vf scale=63:48 -pix_fmt yuv420p -c:v ffv1"),
+        ("full.mkv", "-pix_fmt yuvj420p -color_range pc -c:v mjpeg"),
+        ("444.mkv", "-pix_fmt yuv444p -c:v ffv1"),
+        ("rgb.mov", "-pix_fmt rgb24 -c:v png"),
+    ] {
+        let path = clips.make(name, &format!("-f lavfi -i testsrc2=s=64x48:r=25:d=0.1 {format}"));
+        let spec = SourceSpec { as_stored: true, ..SourceSpec::new(&path) };
+        let first = open(&spec).unwrap().next_stored().unwrap();
+        let plain = open(&SourceSpec::new(&path)).unwrap().next_frame().unwrap();
+        assert_eq!(first, plain.map(Frame::Rgb), "{name}");
+    }
+}
+
+/// The part of a clip is the same part however its frames are wanted.
+#[test]
+fn a_part_of_the_frames_as_stored_is_chosen_as_any_other() {
+    let Some(clips) = Clips::new() else { return };
+    let path = clips.make("a.mkv", &format!("{COUNTING},format=yuv420p -c:v ffv1"));
+    let part = |frames: Option<&str>| {
+        let frames = frames.map(|f| f.parse().unwrap());
+        let spec = SourceSpec { frames, as_stored: true, ..SourceSpec::new(&path) };
+        let mut footage = open(&spec).unwrap();
+        std::iter::from_fn(|| footage.next_stored().unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!(part(Some("7-9")), part(None)[7..=9]);
 }
 
 /// Writes a rotation into the track header of an MP4 file: the matrix's first four numbers.
