@@ -102,12 +102,14 @@ pub fn linked_components(mask: &Mask, gap_px: usize) -> Vec<Component> {
     }
     let wide = components(&mask.dilated(gap_px.div_ceil(2)), Connectivity::Eight);
     let mut members: Vec<Vec<Run>> = vec![Vec::new(); wide.len()];
+    let mut wide_runs: Vec<(Run, usize)> =
+        wide.iter().enumerate().flat_map(|(at, w)| w.runs.iter().map(move |&r| (r, at))).collect();
+    wide_runs.sort_by_key(|(r, _)| (r.y, r.start));
     for piece in pieces {
+        // The wide run that holds the piece's first is the last to begin no later.
         let first = piece.runs[0];
-        let holds = |w: &Component| {
-            w.runs.iter().any(|r| r.y == first.y && r.start <= first.start && first.end <= r.end)
-        };
-        if let Some(group) = wide.iter().position(holds) {
+        let behind = wide_runs.partition_point(|(r, _)| (r.y, r.start) <= (first.y, first.start));
+        if let Some(&(_, group)) = behind.checked_sub(1).and_then(|at| wide_runs.get(at)) {
             members[group].extend(piece.runs);
         }
     }
@@ -131,7 +133,9 @@ fn gather(runs: &[Run], parent: &mut [usize]) -> Vec<Component> {
 }
 
 fn measured(mut runs: Vec<Run>) -> Option<Component> {
-    runs.sort_by_key(|r| (r.y, r.start));
+    if !runs.is_sorted_by_key(|r| (r.y, r.start)) {
+        runs.sort_by_key(|r| (r.y, r.start));
+    }
     let first = *runs.first()?;
     let mut bounds =
         Bounds { left: first.start, top: first.y, right: first.end - 1, bottom: first.y };

@@ -5,6 +5,7 @@ mod geometry;
 mod morphology;
 mod packed;
 mod png;
+mod png_rows;
 mod stroke;
 
 pub use components::{Component, Connectivity, components, linked_components};

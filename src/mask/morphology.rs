@@ -10,32 +10,47 @@ impl Mask {
     /// Every pixel within `radius_px` of a set one.
     #[must_use]
     pub fn dilated(&self, radius_px: usize) -> Self {
-        let mut result = self.clone();
-        let mut done = 0;
-        let mut widened = self.clone();
-        // From the top of the disc to its middle the half-width only grows.
-        for dy in (0..=radius_px).rev() {
-            let half_width = disc_half_width(radius_px, dy);
-            if done < half_width {
-                widened = widened.widened(half_width - done);
-                done = half_width;
-            }
-            for y in 0..self.height() {
-                for target in [y.checked_sub(dy), Some(y + dy).filter(|&t| t < self.height())] {
-                    let Some(target) = target else { continue };
-                    for (word, add) in result.row_mut(target).iter_mut().zip(widened.row(y)) {
-                        *word |= add;
-                    }
-                }
-            }
-        }
-        result
+        self.spread(radius_px, false)
     }
 
     /// Every pixel whose whole disc is set.
     #[must_use]
     pub fn eroded(&self, radius_px: usize) -> Self {
-        self.not().dilated(radius_px).not()
+        self.spread(radius_px, true).not()
+    }
+
+    /// Every pixel within `radius_px` of a set one, or of one that is not. Each row is widened step by
+    /// step to the widths of the disc's rows and united with the rows it reaches, so that all that is
+    /// touched lies in the nearest cache.
+    fn spread(&self, radius_px: usize, of_unset: bool) -> Self {
+        let mut result = Self::new(self.width(), self.height());
+        let words = self.words_per_row();
+        let mut widened = WideRow::new(words);
+        for y in 0..self.height() {
+            let flip = if of_unset { u64::MAX } else { 0 };
+            let row =
+                self.row(y).iter().enumerate().map(|(at, w)| (w ^ flip) & self.valid_bits(at));
+            if !widened.load(row) {
+                continue;
+            }
+            // From the top of the disc to its middle the half-width only grows.
+            for dy in (0..=radius_px).rev() {
+                widened.widen_to(disc_half_width(radius_px, dy));
+                let above = y.checked_sub(dy);
+                let below = Some(y + dy).filter(|&t| dy > 0 && t < self.height());
+                for target in above.into_iter().chain(below) {
+                    for (word, add) in result.row_mut(target).iter_mut().zip(widened.words()) {
+                        *word |= add;
+                    }
+                }
+            }
+        }
+        // What was widened beyond the right border.
+        if let Some(last) = words.checked_sub(1) {
+            let valid = self.valid_bits(last);
+            (0..self.height()).for_each(|y| result.row_mut(y)[last] &= valid);
+        }
+        result
     }
 
     /// Erosion, then dilation: specks and spikes thinner than the disc go.
@@ -54,58 +69,80 @@ impl Mask {
     /// of to the picture's border.
     #[must_use]
     pub fn holes_filled(&self, largest_px: usize) -> Self {
-        let mut result = self.clone();
-        for hole in components(&self.not(), Connectivity::Four) {
+        let Some(b) = self.bounds() else { return self.clone() };
+        // Holes lie within the bounds; whatever reaches the pixel about them is no hole, and
+        // neither is what reaches the picture's border where the bounds do.
+        let (left, top) = (b.left.saturating_sub(1), b.top.saturating_sub(1));
+        let right = (b.right + 1).min(self.width() - 1);
+        let bottom = (b.bottom + 1).min(self.height() - 1);
+        let (width, height) = (right + 1 - left, bottom + 1 - top);
+        let background = self.window(left as i64, top as i64, width, height).not();
+        let mut holes = Self::new(width, height);
+        for hole in components(&background, Connectivity::Four) {
             let b = hole.bounds;
-            let inside = b.left > 0
-                && b.top > 0
-                && b.right + 1 < self.width()
-                && b.bottom + 1 < self.height();
+            let inside = b.left > 0 && b.top > 0 && b.right + 1 < width && b.bottom + 1 < height;
             if inside && hole.area_px <= largest_px {
-                hole.draw(&mut result);
+                hole.draw(&mut holes);
             }
         }
-        result
+        if holes.is_empty() {
+            return self.clone();
+        }
+        self.or(&holes.window(-(left as i64), -(top as i64), self.width(), self.height()))
+    }
+}
+
+/// A row of words that is widened in steps. A word without bits at either end stands for what lies
+/// outside.
+struct WideRow {
+    words: Vec<u64>,
+    before: Vec<u64>,
+    half_width: usize,
+}
+
+impl WideRow {
+    fn new(words: usize) -> Self {
+        Self { words: vec![0; words + 2], before: vec![0; words + 2], half_width: 0 }
     }
 
-    /// Every pixel within `by` columns of a set one in its own row, by doubling shifts.
-    fn widened(&self, by: usize) -> Self {
-        let mut result = self.clone();
-        let mut reach = 0;
-        while reach < by {
-            let step = (by - reach).min(reach.max(1));
-            let before = result.clone();
-            for y in 0..self.height() {
-                let source = before.row(y);
-                for at in 0..source.len() {
-                    let moved = shifted_up(source, at, step) | shifted_down(source, at, step);
-                    let valid = self.valid_bits(at);
-                    result.row_mut(y)[at] |= moved & valid;
-                }
-            }
-            reach += step;
+    /// Takes a row in; `false` when it has no bit.
+    fn load(&mut self, row: impl Iterator<Item = u64>) -> bool {
+        self.half_width = 0;
+        let mut any = 0;
+        for (to, word) in self.words[1..].iter_mut().zip(row) {
+            *to = word;
+            any |= word;
         }
-        result
+        any != 0
+    }
+
+    fn words(&self) -> &[u64] {
+        &self.words[1..self.words.len() - 1]
+    }
+
+    /// Every bit within `half_width` of one of the row taken in; no less than it is already. Bits
+    /// beyond the row's last pixel are left in its last word: they come from pixels as near.
+    fn widen_to(&mut self, half_width: usize) {
+        while self.half_width < half_width {
+            // Runs are at least twice as wide and one, and may be moved that far without a gap.
+            let step = (half_width - self.half_width).min(2 * self.half_width + 1).min(63);
+            self.before.copy_from_slice(&self.words);
+            let last = self.before.len() - 1;
+            let [left, middle, right] =
+                [&self.before[..last - 1], &self.before[1..last], &self.before[2..]];
+            let to = &mut self.words[1..last];
+            let (up, down) = (step as u32, 64 - step as u32);
+            for (((to, &l), &m), &r) in to.iter_mut().zip(left).zip(middle).zip(right) {
+                *to = m | m << up | l >> down | m >> up | r << down;
+            }
+            self.half_width += step;
+        }
     }
 }
 
 /// Half-width of the disc's row `dy` from its middle.
 fn disc_half_width(radius_px: usize, dy: usize) -> usize {
     (radius_px * radius_px - dy * dy).isqrt()
-}
-
-/// Word `at` of the row moved by `by` columns to the right.
-fn shifted_up(row: &[u64], at: usize, by: usize) -> u64 {
-    let (words, bits) = (by / 64, by % 64);
-    let word = |back: usize| at.checked_sub(back).map_or(0, |i| row[i]);
-    if bits == 0 { word(words) } else { word(words) << bits | word(words + 1) >> (64 - bits) }
-}
-
-/// Word `at` of the row moved by `by` columns to the left.
-fn shifted_down(row: &[u64], at: usize, by: usize) -> u64 {
-    let (words, bits) = (by / 64, by % 64);
-    let word = |ahead: usize| row.get(at + ahead).copied().unwrap_or(0);
-    if bits == 0 { word(words) } else { word(words) >> bits | word(words + 1) << (64 - bits) }
 }
 
 #[cfg(test)]
@@ -143,7 +180,50 @@ mod tests {
         })
     }
 
+    /// Holes by their definition: what a flood from the picture's border does not reach.
+    fn slow_holes_filled(mask: &Mask, largest: usize) -> Mask {
+        let (w, h) = (mask.width(), mask.height());
+        let mut result = mask.clone();
+        let mut seen = vec![false; w * h];
+        for start in 0..w * h {
+            let (mut hole, mut inside, mut next) = (Vec::new(), true, vec![start]);
+            while let Some(at) = next.pop() {
+                let (x, y) = (at % w, at / w);
+                if seen[at] || mask.get(x, y) {
+                    continue;
+                }
+                seen[at] = true;
+                hole.push((x, y));
+                inside &= x > 0 && y > 0 && x + 1 < w && y + 1 < h;
+                next.extend([at.saturating_sub(w), (at + w).min(w * h - 1)]);
+                next.extend((x > 0).then(|| at - 1).into_iter().chain((x + 1 < w).then(|| at + 1)));
+            }
+            if inside && hole.len() <= largest {
+                hole.into_iter().for_each(|(x, y)| result.set(x, y, true));
+            }
+        }
+        result
+    }
+
     proptest! {
+        #[test]
+        fn holes_are_what_no_flood_reaches(mask in arbitrary_mask(), largest in 0_usize..30) {
+            prop_assert_eq!(mask.holes_filled(largest), slow_holes_filled(&mask, largest));
+        }
+
+        #[test]
+        fn erosion_equals_its_definition(mask in arbitrary_mask(), radius in 0_usize..7) {
+            prop_assert_eq!(mask.eroded(radius), slow_dilated(&mask.not(), radius).not());
+        }
+
+        #[test]
+        fn wide_discs_reach_across_words(mask in arbitrary_mask(), radius in 60_usize..140) {
+            let single = mask.and(&Mask::from_fn(mask.width(), mask.height(), |x, y| {
+                (x * 31 + y * 17) % 97 == 0
+            }));
+            prop_assert_eq!(single.dilated(radius), slow_dilated(&single, radius));
+        }
+
         #[test]
         fn dilation_equals_its_definition(mask in arbitrary_mask(), radius in 0_usize..7) {
             prop_assert_eq!(mask.dilated(radius), slow_dilated(&mask, radius));

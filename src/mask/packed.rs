@@ -186,9 +186,11 @@ impl Mask {
         let (mut area, mut sum_x, mut sum_y) = (0_u64, 0_u64, 0_u64);
         for y in 0..self.height {
             let mut in_row = 0;
-            for (at, &word) in self.row(y).iter().enumerate() {
-                in_row += u64::from(word.count_ones());
-                sum_x += 64 * at as u64 * u64::from(word.count_ones()) + bit_index_sum(word);
+            for (at, &word) in self.row(y).iter().enumerate().filter(|(_, w)| **w != 0) {
+                let bits = u64::from(word.count_ones());
+                in_row += bits;
+                let in_word = if word == u64::MAX { 63 * 64 / 2 } else { bit_index_sum(word) };
+                sum_x += 64 * at as u64 * bits + in_word;
             }
             area += in_row;
             sum_y += y as u64 * in_row;
@@ -207,6 +209,12 @@ impl Mask {
             }
             *word = bits;
         }
+    }
+
+    /// Sets the 64 pixels of word `at` of row `y`; bits past the width are dropped.
+    pub(crate) fn set_word(&mut self, y: usize, at: usize, bits: u64) {
+        let valid = self.valid_bits(at);
+        self.row_mut(y)[at] = bits & valid;
     }
 
     /// The words of row `y`.
