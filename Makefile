@@ -52,10 +52,12 @@ browser:
 	d=$$(mktemp -d) && target/debug/muybridge -q demo --out $$d/demo && \
 	  node tests/browser/report.mjs $$d/demo/report.html && rm -r $$d
 
-# Every figure of docs/performance.md. With PEERS=folder also the ratios to the Python peers in it.
+# Every figure of docs/performance.md. With PEERS=folder also the ratios to the Python peers in it, with
+# CLIP="file x,y,w,h x,y,w,h" (foreground, background) also that of a video to ffmpeg's null decode.
 bench:
-	$(CARGO) bench --locked --bench gram --bench keys --bench max_flow
+	$(CARGO) bench --locked --bench gram --bench keys --bench masks --bench max_flow
 	RAYON_NUM_THREADS=1 $(CARGO) bench --locked --bench gram --bench keys
+	[ -z "$(CLIP)" ] || { $(CARGO) build --locked --release && python3 benches/video_beside.py target/release/muybridge $(CLIP); }
 	[ -z "$(PEERS)" ] || { $(CARGO) bench --locked --no-run --bench beside_peers && python3 benches/side_by_side.py $(PEERS); }
 
 clean:

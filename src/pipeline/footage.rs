@@ -13,7 +13,7 @@ use super::segment::{Work, stroke_radius};
 use crate::error::{Error, Result};
 use crate::frames::strokes::{self, Said as Drawn};
 use crate::frames::{FrameSource, read_ahead};
-use crate::image::{Picture, Rectangle};
+use crate::image::{Frame, Picture, Rectangle};
 use crate::mask::Mask;
 use crate::numeric::GridCut;
 use crate::shot::{CameraTable, Shot, Stage, hash_file, paths, read};
@@ -26,6 +26,9 @@ use crate::silhouette::{
 /// memory.
 const BATCH: usize = 8;
 const AHEAD: usize = 4;
+
+/// The same of frames as stored, which take half as much: decoding goes on while colours are learnt.
+const AHEAD_STORED: usize = 12;
 
 /// The masks that a person repainted, files relative to the shot. Forced work overwrites them, so they say
 /// nothing then.
@@ -45,13 +48,14 @@ fn frame_of(file: &str) -> Option<usize> {
 
 /// Segments the shot's footage; `corrected` are the masks a person repainted.
 pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) -> Result<()> {
-    let mut seen = open(shot)?;
+    let by_colour = shot.settings.silhouette.method == Method::Colour;
+    let mut seen = open(shot, by_colour)?;
     let rectangles = rectangles(shot)?;
     work.total = seen.frame_count();
-    if shot.settings.silhouette.method == Method::Colour {
-        return by_colour(shot, corrected, seen, rectangles, work);
+    if by_colour {
+        return segment_by_colour(shot, corrected, seen, rectangles, work);
     }
-    let mut again = open(shot)?;
+    let mut again = open(shot, false)?;
     let said = said(shot, corrected, (seen.width(), seen.height()))?;
     let mut kept = Kept::load(shot, &said, work.options.force)?;
     let mut said = Some(labels(said));
@@ -105,7 +109,7 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
 }
 
 /// The seed's method: one reading, frame by frame. What a person said holds where it was said.
-fn by_colour(
+fn segment_by_colour(
     shot: &Shot,
     corrected: &[PathBuf],
     mut footage: Box<dyn FrameSource>,
@@ -116,24 +120,32 @@ fn by_colour(
     let labels = labels(said(shot, corrected, (footage.width(), footage.height()))?);
     let mut started: Option<Segmenter> = None;
     loop {
-        let pictures = next_pictures(footage.as_mut(), BATCH)?;
-        let Some(first) = pictures.first() else { break };
+        let frames = next_frames(footage.as_mut(), BATCH)?;
+        let Some(first) = frames.first() else { break };
         let segmenter = match &mut started {
             Some(started) => started,
-            none => none.insert(Segmenter::new(first, rectangles.0, rectangles.1, settings)?),
-        };
-        let candidates: Vec<Mask> =
-            pictures.par_iter().map(|picture| segmenter.candidates(picture)).collect();
-        for candidates in &candidates {
-            let frame = work.reports.len();
-            let (mut mask, mut report) = segmenter.follow(candidates);
-            if let Some(labels) = labels.get(&frame) {
-                mask = labels.applied_to(&mask);
-                report = report_of_corrected_mask(frame, &mask);
+            none => {
+                let first = first.clone().into_rgb();
+                none.insert(Segmenter::new(&first, rectangles.0, rectangles.1, settings)?)
             }
-            work.store(&mask.to_png()?, report)?;
+        };
+        let parts: Vec<_> = frames.par_iter().map(|frame| segmenter.parts(frame)).collect();
+        let chosen: Vec<_> = parts.into_iter().map(|parts| segmenter.choose(parts)).collect();
+        let drawn: Vec<(Vec<u8>, FrameReport)> = chosen
+            .par_iter()
+            .map(|chosen| {
+                let (mut mask, mut report) = segmenter.silhouette(chosen);
+                if let Some(labels) = labels.get(&report.frame) {
+                    mask = labels.applied_to(&mask);
+                    report = report_of_corrected_mask(report.frame, &mask);
+                }
+                Ok((mask.to_png()?, report))
+            })
+            .collect::<Result<_>>()?;
+        for (png, report) in drawn {
+            work.store(&png, report)?;
             work.made += 1;
-            work.step(frame + 1)?;
+            work.step(report.frame + 1)?;
         }
     }
     flag_occlusions(&mut work.reports);
@@ -188,14 +200,15 @@ fn outline(
     Ok(())
 }
 
-fn open(shot: &Shot) -> Result<Box<dyn FrameSource>> {
+fn open(shot: &Shot, as_stored: bool) -> Result<Box<dyn FrameSource>> {
     let shot = shot.clone();
     let footage = move || {
-        let footage = shot.footage()?;
+        let footage = if as_stored { shot.stored_footage() } else { shot.footage() }?;
         footage.ok_or_else(|| Error::NoSource { folder: shot.folder().to_owned() })
     };
     // With one thread there is none to read ahead with.
-    if rayon::current_num_threads() > 1 { read_ahead(footage, AHEAD) } else { footage() }
+    let ahead = if as_stored { AHEAD_STORED } else { AHEAD };
+    if rayon::current_num_threads() > 1 { read_ahead(footage, ahead) } else { footage() }
 }
 
 /// Up to `wanted` more pictures, fewer at the source's end.
@@ -206,6 +219,16 @@ fn next_pictures(footage: &mut dyn FrameSource, wanted: usize) -> Result<Vec<Pic
         pictures.push(picture);
     }
     Ok(pictures)
+}
+
+/// The same, in the form the source holds them.
+fn next_frames(footage: &mut dyn FrameSource, wanted: usize) -> Result<Vec<Frame>> {
+    let mut frames = Vec::with_capacity(wanted);
+    while frames.len() < wanted {
+        let Some(frame) = footage.next_stored()? else { break };
+        frames.push(frame);
+    }
+    Ok(frames)
 }
 
 fn rectangles(shot: &Shot) -> Result<(Rectangle, Rectangle)> {

@@ -1,11 +1,14 @@
 //! Two mixtures of colours, animal and background, and the likelihood ratio of a pixel.
 
+use std::sync::{LazyLock, OnceLock};
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::decisions::DecisionTables;
 use crate::error::{Error, Result};
-use crate::image::{Picture, Rectangle};
+use crate::image::{Frame, Picture, Rectangle};
 use crate::mask::Mask;
 use crate::numeric::{Mixture, MixtureSettings};
 
@@ -20,7 +23,7 @@ const MIN_SAMPLES: usize = 16;
 /// 8-bit channel.
 const VARIANCE_FLOOR: f64 = 1.0;
 
-/// Bits a channel of the look-up table: 6 put colours that differ by less than four levels of 255
+/// Bits a channel of the rough table: 6 put colours that differ by less than four levels of 255
 /// into one cell, which is below the noise of footage.
 const TABLE_BITS: u32 = 6;
 
@@ -56,8 +59,10 @@ pub struct ColourModels {
     foreground: Mixture,
     background: Mixture,
     log_prior_odds: f64,
-    /// Whether each cell of the colour cube is the animal's.
-    table: Vec<bool>,
+    /// Whether each colour is the animal's.
+    tables: DecisionTables,
+    /// The same of each cell of a coarser cube.
+    rough: OnceLock<Vec<bool>>,
 }
 
 impl ColourModels {
@@ -102,9 +107,8 @@ impl ColourModels {
             return Err(Error::setting("the rectangles", "hold at least two pixels each"));
         };
         let log_prior_odds = (settings.prior / (1.0 - settings.prior)).ln();
-        let mut models = Self { foreground, background, log_prior_odds, table: Vec::new() };
-        models.table = models.decision_table();
-        Ok(models)
+        let (tables, rough) = (DecisionTables::default(), OnceLock::new());
+        Ok(Self { foreground, background, log_prior_odds, tables, rough })
     }
 
     /// Number of Gaussians of the animal and of the background.
@@ -123,18 +127,29 @@ impl ColourModels {
         with_outliers(&self.foreground) - with_outliers(&self.background) + self.log_prior_odds
     }
 
-    /// The pixels that are more likely the animal's than the background's, from the look-up table.
+    /// The pixels that are more likely the animal's than the background's, each colour decided by
+    /// its own [`log_odds`](Self::log_odds).
     #[must_use]
-    pub fn classify(&self, picture: &Picture) -> Mask {
+    pub fn classify(&self, frame: &Frame) -> Mask {
+        let decide = |rgb| self.log_odds(rgb) > 0.0;
+        match frame {
+            Frame::Rgb(picture) => self.tables.of_rgb(picture, decide),
+            Frame::Yuv(picture) => self.tables.of_yuv(picture, decide),
+        }
+    }
+
+    /// The same for a first guess: 64 colours are decided at once, by the one in their middle.
+    #[must_use]
+    pub fn classify_roughly(&self, picture: &Picture) -> Mask {
+        let table = self.rough.get_or_init(|| self.rough_table());
         let mut mask = Mask::new(picture.width(), picture.height());
         for (y, row) in picture.rgb().chunks_exact(3 * picture.width()).enumerate() {
-            mask.set_row(y, row.chunks_exact(3).map(|p| self.table[cell([p[0], p[1], p[2]])]));
+            mask.set_row(y, row.chunks_exact(3).map(|p| table[cell([p[0], p[1], p[2]])]));
         }
         mask
     }
 
-    /// One decision a cell, at the colour in the middle of the cell.
-    fn decision_table(&self) -> Vec<bool> {
+    fn rough_table(&self) -> Vec<bool> {
         let side = 1_usize << TABLE_BITS;
         let step = 256 / side;
         let middle = |level: usize| (level * step + step / 2) as u8;
@@ -181,11 +196,14 @@ fn samples(
 /// CIE L*a*b* (D65, 2° observer) of an 8-bit sRGB colour: distances in it are closer to what the
 /// eye sees as different than those in RGB.
 fn lab(rgb: [u8; 3]) -> Vector3<f64> {
-    let linear = rgb.map(|c| {
-        let v = f64::from(c) / 255.0;
-        if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    /// Linear light of each code value.
+    static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|code| {
+            let v = code as f64 / 255.0;
+            if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+        })
     });
-    let [r, g, b] = linear;
+    let [r, g, b] = rgb.map(|c| LINEAR[usize::from(c)]);
     let x = (0.412_456 * r + 0.357_576 * g + 0.180_438 * b) / 0.950_47;
     let y = 0.212_673 * r + 0.715_152 * g + 0.072_175 * b;
     let z = (0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83;
@@ -232,19 +250,30 @@ mod tests {
         let picture = two_halves([150, 90, 40], [60, 120, 60]);
         let models = ColourModels::fit(&picture, LEFT, RIGHT, &ColourSettings::default()).unwrap();
         let truth = Mask::from_fn(80, 40, |x, _| x < 40);
-        assert!(models.classify(&picture).jaccard(&truth) > 0.999);
+        assert!(models.classify_roughly(&picture).jaccard(&truth) > 0.999);
+        assert!(models.classify(&Frame::Rgb(picture)).jaccard(&truth) > 0.999);
     }
 
     #[test]
-    fn the_table_decides_as_the_mixtures_do() {
+    fn each_colour_is_decided_by_the_mixtures() {
         let picture = two_halves([150, 110, 80], [120, 120, 70]);
         let models = ColourModels::fit(&picture, LEFT, RIGHT, &ColourSettings::default()).unwrap();
-        let mut differing = 0;
+        let (w, h) = (picture.width(), picture.height());
+        let slow = Mask::from_fn(w, h, |x, y| models.log_odds(picture.pixel(x, y)) > 0.0);
+        assert_eq!(models.classify(&Frame::Rgb(picture)), slow);
+        assert!(!slow.is_empty() && !slow.not().is_empty());
+    }
+
+    #[test]
+    fn the_rough_table_decides_nearly_as_the_mixtures_do() {
+        let picture = two_halves([150, 110, 80], [120, 120, 70]);
+        let models = ColourModels::fit(&picture, LEFT, RIGHT, &ColourSettings::default()).unwrap();
+        let (table, mut differing) = (models.rough_table(), 0);
         for code in (0..1 << 24).step_by(1009) {
             let rgb = [(code >> 16) as u8, (code >> 8) as u8, code as u8];
             let odds = models.log_odds(rgb);
             // Within a cell only colours close to the decision may differ.
-            if models.table[cell(rgb)] != (odds > 0.0) {
+            if table[cell(rgb)] != (odds > 0.0) {
                 differing += 1;
                 assert!(odds.abs() < 25.0, "{rgb:?} {odds}");
             }

@@ -8,6 +8,7 @@ mod colour;
 mod colour_table;
 mod correction;
 mod cues;
+mod decisions;
 mod drafts;
 mod evidence;
 mod expected;
@@ -35,6 +36,6 @@ pub use frame_report::{
 };
 pub use occlusions::flag_occlusions;
 pub use scale_trend::{ScaleTrend, TrendRemoval};
-pub use segmenter::{CleanSettings, Method, Segmenter, Settings};
+pub use segmenter::{Chosen, CleanSettings, Method, Parts, Segmenter, Settings};
 pub use track::GateSettings;
 pub use window::{WindowSettings, Windowed, windowed};

@@ -7,8 +7,8 @@ use super::frame_report::{Flag, FrameReport, report_of_mask};
 use super::scale_trend::TrendRemoval;
 use super::track::{GateSettings, Tracker};
 use crate::error::Result;
-use crate::image::{Picture, Rectangle};
-use crate::mask::{Mask, linked_components};
+use crate::image::{Frame, Picture, Rectangle};
+use crate::mask::{Component, Mask, linked_components};
 
 /// Components under this share of the picture are never the animal.
 const LEAST_AREA_SHARE: f64 = 2e-4;
@@ -120,48 +120,85 @@ impl Segmenter {
         &self.models
     }
 
-    /// What has the animal's colours in a picture, cleaned: the part of the work that is done for
-    /// several pictures side by side.
+    /// What has the animal's colours in a picture, cleaned, for a first guess whose colours are told
+    /// apart less finely.
     #[must_use]
-    pub fn candidates(&self, picture: &Picture) -> Mask {
-        cleaned(&self.models.classify(picture), &self.clean)
+    pub(super) fn candidates(&self, picture: &Picture) -> Mask {
+        cleaned(&self.models.classify_roughly(picture), &self.clean)
     }
 
-    /// The silhouette of the next picture, from its [`candidates`](Self::candidates).
-    pub fn follow(&mut self, candidates: &Mask) -> (Mask, FrameReport) {
-        let (mask, found_any) = self.animal(candidates);
+    /// The parts of a frame that have the animal's colours and may be it: the work that is done for
+    /// several frames side by side.
+    #[must_use]
+    pub fn parts(&self, frame: &Frame) -> Parts {
+        self.parts_of(&cleaned(&self.models.classify(frame), &self.clean))
+    }
+
+    fn parts_of(&self, cleaned: &Mask) -> Parts {
+        let size = (cleaned.width(), cleaned.height());
+        let least = (LEAST_AREA_SHARE * (size.0 * size.1) as f64).ceil() as usize;
+        let diagonal = (size.0 as f64).hypot(size.1 as f64);
+        let gap = (self.clean.link.clamp(0.0, 0.1) * diagonal).round() as usize;
+        let mut components = linked_components(cleaned, gap);
+        components.retain(|c| c.area_px >= least);
+        Parts { components, size }
+    }
+
+    /// Which of the next frame's parts is the animal: frames in order, one after the other.
+    pub fn choose(&mut self, parts: Parts) -> Chosen {
+        let Parts { components, size } = parts;
+        let found = if self.frame == 0 {
+            self.tracker.first(&components, self.foreground, size)
+        } else {
+            self.tracker.next(&components, size)
+        };
         let frame = self.frame;
         self.frame += 1;
+        Chosen { frame, component: found.cloned(), any: !components.is_empty(), size }
+    }
+
+    /// The silhouette of what was chosen, its small holes filled, and what is known of it; frames in
+    /// any order and side by side.
+    #[must_use]
+    pub fn silhouette(&self, chosen: &Chosen) -> (Mask, FrameReport) {
+        let Chosen { frame, size: (width, height), .. } = *chosen;
+        let mask = match &chosen.component {
+            Some(component) => {
+                let largest_hole = (self.clean.holes * component.area_px as f64) as usize;
+                component.to_mask(width, height).holes_filled(largest_hole)
+            }
+            None => Mask::new(width, height),
+        };
         let mut report = report_of_mask(frame, &mask);
-        if mask.is_empty() && found_any {
+        if mask.is_empty() && chosen.any {
             report.flags.remove(Flag::Empty);
             report.flags.insert(Flag::Lost);
         }
         (mask, report)
     }
 
-    /// The animal's component with its small holes filled, and whether there was any candidate.
-    fn animal(&mut self, cleaned: &Mask) -> (Mask, bool) {
-        let size = (cleaned.width(), cleaned.height());
-        let least = (LEAST_AREA_SHARE * (size.0 * size.1) as f64).ceil() as usize;
-        let diagonal = (size.0 as f64).hypot(size.1 as f64);
-        let gap = (self.clean.link.clamp(0.0, 0.1) * diagonal).round() as usize;
-        let mut candidates = linked_components(cleaned, gap);
-        candidates.retain(|c| c.area_px >= least);
-        let found = if self.frame == 0 {
-            self.tracker.first(&candidates, self.foreground, size)
-        } else {
-            self.tracker.next(&candidates, size)
-        };
-        let mask = match found {
-            Some(component) => {
-                let largest_hole = (self.clean.holes * component.area_px as f64) as usize;
-                component.to_mask(size.0, size.1).holes_filled(largest_hole)
-            }
-            None => Mask::new(size.0, size.1),
-        };
-        (mask, !candidates.is_empty())
+    /// The silhouette of the next picture, from its [`candidates`](Self::candidates).
+    pub(super) fn follow(&mut self, candidates: &Mask) -> (Mask, FrameReport) {
+        let chosen = self.choose(self.parts_of(candidates));
+        self.silhouette(&chosen)
     }
+}
+
+/// Parts of one frame that may be the animal.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    components: Vec<Component>,
+    size: (usize, usize),
+}
+
+/// The part of one frame that is the animal.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    frame: usize,
+    component: Option<Component>,
+    /// Whether there was anything to choose from.
+    any: bool,
+    size: (usize, usize),
 }
 
 fn cleaned(raw: &Mask, settings: &CleanSettings) -> Mask {
