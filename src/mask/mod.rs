@@ -1,6 +1,7 @@
 //! Bit-packed silhouettes: one bit a pixel, 64 pixels a word, and the set operations on them.
 
 mod components;
+mod cropped;
 mod geometry;
 mod morphology;
 mod packed;
@@ -9,5 +10,6 @@ mod png_rows;
 mod stroke;
 
 pub use components::{Component, Connectivity, components, linked_components};
+pub use cropped::CroppedMask;
 pub use packed::{Bounds, Mask};
 pub use stroke::default_stroke_radius_px;

@@ -183,6 +183,11 @@ impl Mask {
     /// of an empty mask. Sums are exact integers.
     #[must_use]
     pub fn centre_of_mass(&self) -> Option<(f64, f64)> {
+        self.centre_of_mass_from((0, 0))
+    }
+
+    /// The same in a picture in which this mask's first pixel has the given column and row.
+    pub(super) fn centre_of_mass_from(&self, corner: (usize, usize)) -> Option<(f64, f64)> {
         let (mut area, mut sum_x, mut sum_y) = (0_u64, 0_u64, 0_u64);
         for y in 0..self.height {
             let mut in_row = 0;
@@ -195,6 +200,7 @@ impl Mask {
             area += in_row;
             sum_y += y as u64 * in_row;
         }
+        (sum_x, sum_y) = (sum_x + corner.0 as u64 * area, sum_y + corner.1 as u64 * area);
         (area > 0).then(|| (sum_x as f64 / area as f64, sum_y as f64 / area as f64))
     }
 

@@ -5,7 +5,7 @@ use super::drift::{self, ShapeDrift};
 use crate::error::Result;
 use crate::gait::{GaitPhase, Repeats, Symmetry};
 use crate::image_pca::{CentredGram, Changes, ImagePca};
-use crate::mask::Mask;
+use crate::mask::{CroppedMask, Mask};
 use crate::numeric::Coefficients;
 use crate::shot::FlaggedFrames;
 use crate::silhouette::{
@@ -81,14 +81,15 @@ pub fn analyse_masks(
     let mut reports: Vec<FrameReport> =
         masks.iter().enumerate().map(|(t, m)| report_of_mask(t, m)).collect();
     flag_area_jumps(&mut reports);
-    let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
-    analyse_usable(masks, usable, fps, components, trends, settings)
+    let masks: Vec<CroppedMask> = masks.iter().map(CroppedMask::from).collect();
+    let usable = Usable::of(&masks, &reports, FlaggedFrames::LeaveOut);
+    analyse_usable(&masks, usable, fps, components, trends, settings)
 }
 
 /// The same with the choice of frames given. A mask that is not used changes nothing: neither the
 /// window's size nor the trend of scale.
 pub(super) fn analyse_usable(
-    masks: &[Mask],
+    masks: &[CroppedMask],
     usable: Usable,
     fps: f64,
     components: usize,
@@ -96,10 +97,12 @@ pub(super) fn analyse_usable(
     settings: &spectrum::Settings,
 ) -> Result<MaskAnalysis> {
     let Usable { used, flagged, uncertain } = usable;
-    let blank = |(mask, used): (&Mask, &bool)| {
-        if *used { mask.clone() } else { Mask::new(mask.width(), mask.height()) }
-    };
-    let kept: Vec<Mask> = masks.iter().zip(&used).map(blank).collect();
+    let blank = masks.first().map(|first| CroppedMask::empty(first.width(), first.height()));
+    let kept: Vec<&CroppedMask> = masks
+        .iter()
+        .zip(&used)
+        .map(|(mask, used)| if *used { mask } else { blank.as_ref().unwrap_or(mask) })
+        .collect();
     let windows = windowed(&kept, WindowSettings { scale_trend: trends.scale });
     let good: Vec<&Mask> =
         windows.masks.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m).collect();
@@ -194,7 +197,11 @@ impl Usable {
     /// A frame is used when its mask is not empty and carries no excluding flag. When that leaves
     /// half of the masks or less (a close shot, a veiled one), or when the user says so, all that
     /// are not empty are used.
-    pub(super) fn of(masks: &[Mask], reports: &[FrameReport], flagged: FlaggedFrames) -> Self {
+    pub(super) fn of(
+        masks: &[CroppedMask],
+        reports: &[FrameReport],
+        flagged: FlaggedFrames,
+    ) -> Self {
         let filled: Vec<bool> = masks.iter().map(|m| !m.is_empty()).collect();
         if flagged == FlaggedFrames::Use {
             return Self { used: filled, flagged: 0, uncertain: 0 };
@@ -244,9 +251,13 @@ mod tests {
         (masks, reports)
     }
 
+    fn cropped(masks: &[Mask]) -> Vec<CroppedMask> {
+        masks.iter().map(CroppedMask::from).collect()
+    }
+
     fn usable(pattern: &str, flagged: FlaggedFrames) -> (String, usize, usize) {
         let (masks, reports) = clip(pattern);
-        let found = Usable::of(&masks, &reports, flagged);
+        let found = Usable::of(&cropped(&masks), &reports, flagged);
         let used = found.used.iter().map(|u| if *u { '1' } else { '0' }).collect();
         (used, found.flagged, found.uncertain)
     }
@@ -274,8 +285,9 @@ mod tests {
         reports[17].flags.insert(Flag::AreaJump);
         let settings = spectrum::Settings::default();
         let analysed = |masks: &[Mask]| {
-            let usable = Usable::of(masks, &reports, FlaggedFrames::LeaveOut);
-            analyse_usable(masks, usable, 25.0, 2, Trends::default(), &settings).unwrap()
+            let masks = cropped(masks);
+            let usable = Usable::of(&masks, &reports, FlaggedFrames::LeaveOut);
+            analyse_usable(&masks, usable, 25.0, 2, Trends::default(), &settings).unwrap()
         };
         let found = analysed(&masks);
         assert!(!found.used[17] && found.used[16]);

@@ -39,8 +39,8 @@ pub fn can_draw_sheets(shot: &Shot) -> bool {
 /// # Errors
 /// When a stored file or the footage cannot be read.
 pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
-    let masks = shot.masks()?;
-    let keys = shot.keys(masks.len())?;
+    let frames = shot.mask_files()?.len();
+    let keys = shot.keys(frames)?;
     let reports = shot.frame_reports()?;
     let reads = Reads::from([
         ("keys".to_owned(), hash_file(&shot.path(paths::KEYS))?),
@@ -52,9 +52,10 @@ pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
     if !force && shot.freshness(Stage::Sheets, &reads) == Freshness::UpToDate {
         return Ok(Vec::new());
     }
-    let glance = evenly_chosen(masks.len(), OVERLAY_FRAMES);
+    let glance = evenly_chosen(frames, OVERLAY_FRAMES);
     let wanted: Vec<usize> =
         keys.keys.iter().map(|k| k.frame).chain(glance.iter().copied()).collect();
+    let masks = shot.some_masks(&wanted)?;
     let pictures = pictures(shot, &wanted)?;
     let mut writer = shot.begin(Stage::Sheets, reads, force)?;
 
@@ -71,7 +72,7 @@ pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
             frame,
             time_s: Some(frame as f64 / shot.fps()),
             picture: pictures.get(&frame),
-            mask: &masks[frame],
+            mask: &masks[&frame],
             confidence: Some(reports[frame].confidence),
             flags: reports[frame].flags,
         })
@@ -85,14 +86,14 @@ pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
 fn key_tiles<'a>(
     shot: &Shot,
     keys: &StoredKeys,
-    masks: &'a [Mask],
+    masks: &'a BTreeMap<usize, Mask>,
     pictures: &'a BTreeMap<usize, Picture>,
 ) -> Vec<KeyTile<'a>> {
     let tile = |key: &crate::shot::KeyImage| KeyTile {
         mark: KeyMark { key: key.key, frame: key.frame, partner_of: key.partner_of },
         time_s: Some(key.frame as f64 / shot.fps()),
         picture: pictures.get(&key.frame),
-        mask: &masks[key.frame],
+        mask: &masks[&key.frame],
     };
     keys.keys.iter().map(tile).collect()
 }

@@ -38,18 +38,18 @@ pub fn draw_overlay(shot: &Shot, force: bool) -> Result<OverlayDrawn> {
     if !force && shot.freshness(Stage::Overlay, &reads) == Freshness::UpToDate {
         return Ok(drawn);
     }
-    let masks = shot.masks()?;
+    let masks = shot.some_masks(&drawn.frames)?;
     let pictures = small_pictures(shot, &drawn.frames)?;
     let tile = |(at, &frame): (usize, &usize)| FrameTile {
         frame,
         time_s: Some(frame as f64 / shot.fps()),
         picture: pictures.get(at),
-        mask: &masks[frame],
+        mask: &masks[&frame],
         confidence: Some(reports[frame].confidence),
         flags: reports[frame].flags,
     };
     let tiles: Vec<FrameTile> = drawn.frames.iter().enumerate().map(tile).collect();
-    let mut title = format!("{}: {} of {} frames", shot.name(), tiles.len(), masks.len());
+    let mut title = format!("{}: {} of {} frames", shot.name(), tiles.len(), reports.len());
     if drawn.flagged_left_out > 0 {
         title.push_str(&format!(", {} flagged ones not shown", drawn.flagged_left_out));
     }

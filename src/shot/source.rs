@@ -1,6 +1,9 @@
 //! Opening what a shot's `[source]` names.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+use rayon::prelude::*;
 
 use super::Shot;
 use super::store::{hash_files, read};
@@ -8,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::frames::mattes::{self, MatteSpec, Mattes};
 use crate::frames::strokes::numbered_files;
 use crate::frames::{self, FrameRange, FrameSource, SourceSpec};
-use crate::mask::Mask;
+use crate::mask::{CroppedMask, Mask};
 use crate::synthetic::{Gait, SyntheticFootage, SyntheticSettings};
 
 /// Frames a second of an image sequence of which nothing is said.
@@ -228,22 +231,46 @@ impl Shot {
         Mask::from_image_bytes(&path, &read(&path)?)
     }
 
+    /// The masks of some frames, by frame.
+    ///
+    /// # Errors
+    /// When one is missing, unreadable, or of another size than that of frame 0.
+    pub fn some_masks(&self, frames: &[usize]) -> Result<BTreeMap<usize, Mask>> {
+        let files = self.mask_files()?;
+        let first = self.first_mask()?;
+        let expected = (first.width(), first.height());
+        let one = |&frame: &usize| {
+            let path = files
+                .get(frame)
+                .ok_or_else(|| Error::MaskMissing { folder: self.path("masks"), frame })?;
+            let mask = Mask::from_image_bytes(path, &read(path)?)?;
+            let found = (mask.width(), mask.height());
+            if found == expected {
+                Ok((frame, mask))
+            } else {
+                Err(Error::MaskSize { frame, found, expected })
+            }
+        };
+        frames.iter().map(one).collect()
+    }
+
     /// All masks.
     ///
     /// # Errors
     /// When one is missing, unreadable, or of another size than the first.
-    pub fn masks(&self) -> Result<Vec<Mask>> {
-        let mut masks: Vec<Mask> = Vec::new();
-        for (frame, path) in self.mask_files()?.iter().enumerate() {
-            let mask = Mask::from_image_bytes(path, &read(path)?)?;
-            if let Some(first) = masks.first()
-                && (first.width(), first.height()) != (mask.width(), mask.height())
-            {
-                let expected = (first.width(), first.height());
-                let found = (mask.width(), mask.height());
-                return Err(Error::MaskSize { frame, found, expected });
-            }
-            masks.push(mask);
+    pub fn masks(&self) -> Result<Vec<CroppedMask>> {
+        let one = |path: &PathBuf| -> Result<CroppedMask> {
+            Ok(CroppedMask::from(&Mask::from_image_bytes(path, &read(path)?)?))
+        };
+        let files = self.mask_files()?;
+        // Kept in order, so that of several bad files the first is named.
+        let read: Vec<Result<CroppedMask>> = files.par_iter().map(one).collect();
+        let masks: Vec<CroppedMask> = read.into_iter().collect::<Result<_>>()?;
+        let size = |mask: &CroppedMask| (mask.width(), mask.height());
+        if let Some(expected) = masks.first().map(size)
+            && let Some(frame) = masks.iter().position(|m| size(m) != expected)
+        {
+            return Err(Error::MaskSize { frame, found: size(&masks[frame]), expected });
         }
         Ok(masks)
     }

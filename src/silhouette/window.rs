@@ -1,9 +1,11 @@
 //! The window about the centre of mass, one size for the shot.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::scale_trend::{ScaleTrend, TrendRemoval};
-use crate::mask::Mask;
+use crate::mask::{CroppedMask, Mask};
 
 /// Pixels of margin on every side of the window.
 const MARGIN_PX: i64 = 2;
@@ -30,17 +32,21 @@ pub struct Windowed {
 /// pixel (which removes the animal's translation on purpose), after the trend of scale is
 /// removed, and large enough for the silhouette that reaches farthest from its centre.
 #[must_use]
-pub fn windowed(masks: &[Mask], settings: WindowSettings) -> Windowed {
-    let areas: Vec<Option<usize>> = masks.iter().map(whole_area).collect();
+pub fn windowed(masks: &[&CroppedMask], settings: WindowSettings) -> Windowed {
+    let areas: Vec<Option<usize>> = masks.iter().map(|m| whole_area(m)).collect();
     let trend = ScaleTrend::fit(&areas, settings.scale_trend);
-    let centred: Vec<(Mask, (i64, i64))> = masks
+    let centred: Vec<(Cow<'_, CroppedMask>, (i64, i64))> = masks
         .par_iter()
         .enumerate()
-        .map(|(t, mask)| {
-            let Some((x, y)) = mask.centre_of_mass() else { return (mask.clone(), (0, 0)) };
+        .map(|(t, &mask)| {
+            let same = Cow::Borrowed(mask);
+            let Some((x, y)) = mask.centre_of_mass() else { return (same, (0, 0)) };
             let scaled = match trend.map_or(1.0, |s| s.correction(t)) {
-                1.0 => mask.clone(),
-                factor => scaled_in_larger_picture(mask, x, y, factor),
+                1.0 => same,
+                factor => {
+                    let scaled = scaled_in_larger_picture(&mask.to_mask(), x, y, factor);
+                    Cow::Owned(CroppedMask::from(&scaled))
+                }
             };
             let centre = scaled.centre_of_mass().unwrap_or((x, y));
             (scaled, (centre.0.round() as i64, centre.1.round() as i64))
@@ -66,7 +72,7 @@ pub fn windowed(masks: &[Mask], settings: WindowSettings) -> Windowed {
 }
 
 /// Area of a silhouette that is wholly inside the picture.
-fn whole_area(mask: &Mask) -> Option<usize> {
+fn whole_area(mask: &CroppedMask) -> Option<usize> {
     let b = mask.bounds()?;
     let inside =
         b.left > 0 && b.top > 0 && b.right + 1 < mask.width() && b.bottom + 1 < mask.height();
@@ -87,6 +93,11 @@ fn scaled_in_larger_picture(mask: &Mask, x: f64, y: f64, factor: f64) -> Mask {
 mod tests {
     use super::*;
 
+    fn windows_of(masks: &[Mask]) -> Windowed {
+        let cropped: Vec<CroppedMask> = masks.iter().map(CroppedMask::from).collect();
+        windowed(&cropped.iter().collect::<Vec<_>>(), WindowSettings::default())
+    }
+
     fn disc(x: f64, y: f64, r: f64) -> Mask {
         Mask::from_fn(160, 90, |px, py| (px as f64 - x).hypot(py as f64 - y) <= r)
     }
@@ -94,7 +105,7 @@ mod tests {
     #[test]
     fn translation_is_removed() {
         let masks = [disc(30.0, 40.0, 9.0), disc(90.0, 45.0, 9.0), disc(120.0, 30.0, 9.0)];
-        let windows = windowed(&masks, WindowSettings::default());
+        let windows = windows_of(&masks);
         assert_eq!(windows.masks[0], windows.masks[1]);
         assert_eq!(windows.masks[1], windows.masks[2]);
         assert_eq!((windows.masks[0].width(), windows.masks[0].height()), (23, 23));
@@ -104,10 +115,10 @@ mod tests {
     #[test]
     fn an_empty_mask_stays_empty_and_the_size_is_the_largest() {
         let masks = [disc(40.0, 40.0, 5.0), Mask::new(160, 90), disc(60.0, 40.0, 20.0)];
-        let windows = windowed(&masks, WindowSettings::default());
+        let windows = windows_of(&masks);
         assert!(windows.masks[1].is_empty());
         assert!(windows.masks.iter().all(|m| m.width() == 45 && m.height() == 45));
-        let none = windowed(&[Mask::new(8, 8)], WindowSettings::default());
+        let none = windows_of(&[Mask::new(8, 8)]);
         assert!(none.masks[0].is_empty());
     }
 
@@ -116,7 +127,7 @@ mod tests {
         let masks: Vec<Mask> = (0..20)
             .map(|t| disc(30.0 + 5.0 * f64::from(t), 45.0, 30.0 / (1.0 + 0.05 * f64::from(t))))
             .collect();
-        let windows = windowed(&masks, WindowSettings::default());
+        let windows = windows_of(&masks);
         let areas: Vec<f64> = windows.masks.iter().map(|m| m.area() as f64).collect();
         let mean = areas.iter().sum::<f64>() / 20.0;
         assert!(windows.trend.unwrap().removed);
