@@ -1,5 +1,5 @@
-//! Footage to masks: read once to draft the silhouettes of a stretch, and once more to outline
-//! them.
+//! Footage to masks: read once; the silhouettes of a stretch are drafted together, and then outlined
+//! on its pictures, which were put aside at the size that takes.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::Options;
 use super::kept::{Kept, Said};
 use super::segment::{Work, stroke_radius};
+use super::spool::Spool;
 use crate::error::{Error, Result};
 use crate::frames::strokes::{self, Said as Drawn};
 use crate::frames::{FrameSource, read_ahead};
@@ -55,11 +56,11 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
     if by_colour {
         return segment_by_colour(shot, corrected, seen, rectangles, work);
     }
-    let mut again = open(shot, false)?;
     let said = said(shot, corrected, (seen.width(), seen.height()))?;
     let mut kept = Kept::load(shot, &said, work.options.force)?;
     let mut said = Some(labels(said));
     let mut segmenter: Option<ClipSegmenter> = None;
+    let mut spool: Option<Spool> = None;
     let mut observed = 0;
     loop {
         let start = observed;
@@ -79,11 +80,27 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
                 )?),
             };
             segmenter.observe(&pictures);
+            let spool = match &mut spool {
+                Some(spool) => spool,
+                none => {
+                    let file = work.writer.scratch()?;
+                    let folder = work.writer.staging().to_owned();
+                    none.insert(Spool::new(file, folder, segmenter.outline_size()))
+                }
+            };
+            let reduced: Vec<_> =
+                pictures.par_iter().map(|p| segmenter.at_outline_size(p)).collect();
+            for picture in &reduced {
+                spool.put(picture)?;
+            }
             observed += pictures.len();
-            // Every frame is read twice.
+            // Every frame is worked on twice.
             work.step((start + observed) / 2)?;
         }
-        let Some(segmenter) = segmenter.as_mut().filter(|_| observed > start) else { break };
+        let (Some(segmenter), Some(spool)) = (&mut segmenter, &mut spool) else { break };
+        if observed == start {
+            break;
+        }
         let mut plan = kept.plan(shot, start..observed);
         if let Some(base) = plan.base.take() {
             segmenter.recall(base, plan.drafts);
@@ -93,7 +110,7 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
             return Err(Error::Interrupted);
         }
         let stretch = Stretch { frames: start..observed, stay: plan.stay };
-        outline(segmenter, again.as_mut(), stretch, &mut kept, work)?;
+        outline(segmenter, spool, stretch, &mut kept, work)?;
         kept.finish_stretch(segmenter.base());
     }
     kept.now().put(&mut work.writer)?;
@@ -159,10 +176,10 @@ struct Stretch {
     stay: Vec<Option<Vec<u8>>>,
 }
 
-/// The second reading of a stretch.
+/// The second pass over a stretch.
 fn outline(
     segmenter: &ClipSegmenter,
-    footage: &mut dyn FrameSource,
+    spool: &mut Spool,
     mut stretch: Stretch,
     kept: &mut Kept,
     work: &mut Work,
@@ -171,11 +188,9 @@ fn outline(
     let mut next = start;
     while next < end {
         let wanted = BATCH.min(end - next);
-        let pictures = next_pictures(footage, wanted)?;
-        if pictures.len() < wanted {
-            // It ended sooner the second time, so it was changed meanwhile.
-            return Err(Error::SourceChanged { frame: next + pictures.len() });
-        }
+        let pictures: Vec<Picture> =
+            (0..wanted).map_while(|_| spool.take().transpose()).collect::<Result<_>>()?;
+        debug_assert_eq!(pictures.len(), wanted, "every picture of a stretch is put aside");
         let outlined: Vec<Option<(Vec<u8>, FrameReport)>> = pictures
             .par_iter()
             .enumerate()

@@ -15,6 +15,7 @@ mod kept;
 mod new;
 mod progress;
 mod segment;
+mod spool;
 mod stages;
 mod status;
 mod timing;

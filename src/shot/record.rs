@@ -163,6 +163,21 @@ impl StageWriter {
         Ok(())
     }
 
+    /// A file without a name on the shot's disk, gone with the process at the latest: for what does
+    /// not fit into memory while the stage runs.
+    ///
+    /// # Errors
+    /// When none can be made.
+    pub fn scratch(&self) -> Result<fs::File> {
+        tempfile::tempfile_in(&self.staging).map_err(Error::io(&self.staging, "write in"))
+    }
+
+    /// The folder that holds the staged files.
+    #[must_use]
+    pub fn staging(&self) -> &Path {
+        &self.staging
+    }
+
     /// Leaves a file that a person made as it is, and by hand: even when the stage would have made the
     /// same.
     pub fn leave(&mut self, file: &str) {

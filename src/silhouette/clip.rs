@@ -232,6 +232,19 @@ impl ClipSegmenter {
         &self.camera
     }
 
+    /// Width and height at which outlines are cut, pixels.
+    #[must_use]
+    pub fn outline_size(&self) -> (usize, usize) {
+        self.fine
+    }
+
+    /// A picture of the clip at the size at which outlines are cut: all that
+    /// [`outline`](Self::outline) sees of it.
+    #[must_use]
+    pub fn at_outline_size<'a>(&self, picture: &'a Picture) -> Cow<'a, Picture> {
+        sized(picture, self.fine)
+    }
+
     /// The silhouette of frame `t` of the clip, which lies in the stretch drafted last, and what is
     /// known of it. Frames can be outlined in any order and side by side.
     #[must_use]
