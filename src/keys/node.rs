@@ -6,6 +6,7 @@ use super::condition::{SHIFT_SLACK, rayleigh};
 use super::factor::Factor;
 use super::graph::Graph;
 use super::problem::Problem;
+use super::watch::Watch;
 
 /// A second look with the sharper λ pays when it rose by this factor.
 const WORTH_A_SECOND_LOOK: f64 = 1.02;
@@ -21,10 +22,12 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// `None` when no completion can reach the limit. `lambda`: a lower bound of λ_max of all
+    /// `None` when no completion can reach the limit, or when `watch` says that work should end.
+    /// `lambda`: a lower bound of λ_max of all
     /// completions that is already known, that of the parent.
     pub(super) fn reduced(
         problem: &Problem,
+        watch: &Watch<'_>,
         limit: &dyn Fn() -> f64,
         chosen: &[usize],
         mut candidates: Vec<usize>,
@@ -36,7 +39,7 @@ impl Node {
         }
         loop {
             let shift = lambda / limit() - SHIFT_SLACK;
-            let mut graph = joinable(problem, chosen, &mut candidates, shift)?;
+            let mut graph = joinable(problem, watch, chosen, &mut candidates, shift)?;
             if graph.keep_core(missing - 1) < missing {
                 return None;
             }
@@ -45,7 +48,8 @@ impl Node {
                 return None;
             }
             if missing > 2 {
-                let energy = energy_bound(problem, chosen, &candidates, &mut graph, &classes);
+                let energy =
+                    energy_bound(problem, watch, chosen, &candidates, &mut graph, &classes);
                 let sharper = energy / problem.keys as f64;
                 if sharper.is_infinite() {
                     return None;
@@ -89,9 +93,11 @@ impl Node {
 }
 
 /// Lower bound of the sum of entries of every completed matrix, infinite when there is none;
-/// removes from the graph the candidates that are in no completion.
+/// removes from the graph the candidates that are in no completion. Infinite too when work should
+/// end.
 fn energy_bound(
     problem: &Problem,
+    watch: &Watch<'_>,
     chosen: &[usize],
     candidates: &[usize],
     graph: &mut Graph,
@@ -109,7 +115,10 @@ fn energy_bound(
     let mut nearest = vec![f64::INFINITY; classes.len()];
     let mut best_of_class = vec![f64::INFINITY; classes.len()];
     let mut costs = vec![f64::INFINITY; candidates.len()];
-    for v in graph.vertices() {
+    for (at, v) in graph.vertices().into_iter().enumerate() {
+        if at % ROWS_BETWEEN_LOOKS == ROWS_BETWEEN_LOOKS - 1 && watch.halted() {
+            return f64::INFINITY;
+        }
         let row = kernel.row(candidates[v]);
         nearest.fill(f64::INFINITY);
         for u in graph.neighbours(v) {
@@ -142,16 +151,21 @@ fn sum_of_smallest(values: &mut [f64], count: usize) -> f64 {
     values[..count].iter().sum()
 }
 
+/// Rows of a node's matrices between two looks at the clock: of a thousand candidates one takes some
+/// microseconds.
+const ROWS_BETWEEN_LOOKS: usize = 64;
+
 /// Candidates worked on together, in vector registers.
 const LANES: usize = 8;
 
 /// The graph of the candidates that can both be added to the chosen frames, from the Schur
 /// complement M of K − σI over these; removes the candidates that cannot join at all. `None` when
-/// the chosen frames alone fail, or too few candidates are left.
+/// the chosen frames alone fail, too few candidates are left, or work should end.
 ///
 /// M is not kept: M_ij = K_ij − y_i·y_j with L·y_j the column of j, for eight j at a time.
 fn joinable(
     problem: &Problem,
+    watch: &Watch<'_>,
     chosen: &[usize],
     candidates: &mut Vec<usize>,
     shift: f64,
@@ -179,6 +193,9 @@ fn joinable(
     }
     let mut graph = Graph::new(n);
     for i in 0..n {
+        if i % ROWS_BETWEEN_LOOKS == ROWS_BETWEEN_LOOKS - 1 && watch.halted() {
+            return None;
+        }
         let row = problem.kernel.row(candidates[i]);
         let own = &solved[i / LANES * (k + 1)..][..=k];
         let own_y: [f64; MAX_KEYS] =

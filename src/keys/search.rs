@@ -145,7 +145,9 @@ impl Pass<'_> {
         }
         self.watch.worked((candidates.len() as u64).pow(2));
         let limit = || self.limit();
-        let Some(node) = Node::reduced(self.problem, &limit, chosen, candidates, lambda) else {
+        let Some(node) =
+            Node::reduced(self.problem, self.watch, &limit, chosen, candidates, lambda)
+        else {
             return;
         };
         let lambda = node.lambda;

@@ -95,6 +95,32 @@ pub fn resolved_method(
     }
 }
 
+/// Keys for the interpolation over the gait phase.
+///
+/// # Errors
+/// As [`choose_keys_on_phase`].
+pub fn keys_by_phase(phase: &shot::PhaseTable, wanted: &KeySettings) -> Result<PhaseKeys> {
+    choose_keys_on_phase(phased_frames(phase), &phase_settings(wanted))
+}
+
+fn phased_frames(phase: &shot::PhaseTable) -> PhasedFrames<'_> {
+    PhasedFrames {
+        cycles: &phase.stride_cycles,
+        deviation_cycles: &phase.deviation_cycles,
+        trust: &phase.trust,
+        silhouette: &phase.cycle,
+    }
+}
+
+fn phase_settings(wanted: &KeySettings) -> PhaseKeySettings {
+    PhaseKeySettings {
+        keys: wanted.keys,
+        exclude: wanted.exclude.clone(),
+        force: wanted.force.clone(),
+        min_spacing_frames: wanted.min_spacing_frames,
+    }
+}
+
 /// Keys for the interpolation over the gait phase, with the errors to expect of 2 to 12 keys and
 /// the frame that one more key beside these would take.
 ///
@@ -104,18 +130,7 @@ pub fn choose_by_phase(
     phase: &shot::PhaseTable,
     wanted: &KeySettings,
 ) -> Result<(PhaseKeys, Vec<shot::BudgetLine>, Option<usize>)> {
-    let frames = PhasedFrames {
-        cycles: &phase.stride_cycles,
-        deviation_cycles: &phase.deviation_cycles,
-        trust: &phase.trust,
-        silhouette: &phase.cycle,
-    };
-    let settings = PhaseKeySettings {
-        keys: wanted.keys,
-        exclude: wanted.exclude.clone(),
-        force: wanted.force.clone(),
-        min_spacing_frames: wanted.min_spacing_frames,
-    };
+    let (frames, settings) = (phased_frames(phase), phase_settings(wanted));
     let chosen = choose_keys_on_phase(frames, &settings)?;
     let budget = pose_budget(frames, &settings, BUDGET)?
         .into_iter()

@@ -22,7 +22,7 @@ use crate::interpolate::blend;
 use crate::keys::KeySettings;
 use crate::numeric::Coefficients;
 use crate::pipeline::{
-    KeyRequest, Trends, analyse_masks, choose, choose_by_phase, interpolation_weights,
+    KeyRequest, Trends, analyse_masks, choose, interpolation_weights, keys_by_phase,
     resolved_method,
 };
 use crate::rig::{NodePose, Pose, mean_rotation};
@@ -295,7 +295,7 @@ impl Scene<'_> {
         };
         let mut run = match (method, self.phase) {
             (Method::Phase, Some(phase)) => {
-                let (chosen, _, _) = choose_by_phase(phase, &wanted)?;
+                let chosen = keys_by_phase(phase, &wanted)?;
                 Run {
                     posed: chosen.frames,
                     condition: None,
