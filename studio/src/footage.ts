@@ -84,10 +84,12 @@ class Rectangles implements Tool {
   ): void {
     context.font = `600 ${12 / scale}px system-ui, sans-serif`;
     const wide = context.measureText(text).width + 10 / scale;
+    // Beside the right edge it stays in the picture.
+    const left = Math.max(0, Math.min(x - 1 / scale, store.opened.width - wide));
     context.fillStyle = colour;
-    context.fillRect(x - 1 / scale, y, wide, 18 / scale);
+    context.fillRect(left, y, wide, 18 / scale);
     context.fillStyle = "#10151c";
-    context.fillText(text, x + 4 / scale, y + 13 / scale);
+    context.fillText(text, left + 5 / scale, y + 13 / scale);
   }
 }
 
