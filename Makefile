@@ -5,6 +5,11 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 DENY_VERSION := 0.20.2
 DEBIAN_PACKAGES := ffmpeg nodejs npm chromium
 export RUSTDOCFLAGS := -D warnings
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+# Packages from npm, as the lock file has them; nothing is done where they are there already.
+NPM_CI = [ node_modules/.package-lock.json -nt package-lock.json ] || npm ci --no-audit --no-fund
+# Where the browser test leaves what it saw.
+export MUYBRIDGE_SHOTS ?= $(abspath $(TARGET))/studio-screenshots
 
 .PHONY: test tools page studio lint unit deny demo browser bench clean
 
@@ -18,13 +23,13 @@ tools:
 	  command -v $$c >/dev/null 2>&1 || missing="$$missing $$p"; done; \
 	if [ -n "$$missing" ]; then \
 	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq --no-install-recommends $$missing; fi
-	cd tests/validator && { [ -d node_modules/gltf-validator ] || npm ci --no-audit --no-fund; }
+	cd tests/validator && { $(NPM_CI); }
 	@$(CARGO) deny --version 2>/dev/null | grep -q '$(DENY_VERSION)' || \
 	  $(CARGO) install --locked --quiet --debug cargo-deny --version $(DENY_VERSION)
 
 # The studio's page, which the program embeds.
 page:
-	cd studio && { [ -d node_modules/vite ] || npm ci --no-audit --no-fund; } && npm run build
+	cd studio && { $(NPM_CI); } && npm run build
 
 studio: page
 	$(CARGO) build --locked --release --features studio
@@ -46,11 +51,11 @@ demo:
 
 # The studio from an empty folder to an exported rig, and the demo's report, in headless Chromium.
 browser:
-	cd tests/browser && { [ -d node_modules/playwright-core ] || npm ci --no-audit --no-fund; }
+	cd tests/browser && { $(NPM_CI); }
 	$(CARGO) build --locked --features studio
-	MUYBRIDGE_BIN=target/debug/muybridge node tests/browser/studio.mjs
-	d=$$(mktemp -d) && target/debug/muybridge -q demo --out $$d/demo && \
-	  node tests/browser/report.mjs $$d/demo/report.html && rm -r $$d
+	MUYBRIDGE_BIN=$(TARGET)/debug/muybridge node tests/browser/studio.mjs
+	d=$$(mktemp -d) && $(TARGET)/debug/muybridge -q demo --out $$d/demo && \
+	  node tests/browser/report.mjs $$d/demo/report.html --screenshots $(MUYBRIDGE_SHOTS)/report && rm -r $$d
 
 # Every figure of docs/performance.md. With PEERS=folder also the ratios to the Python peers in it, with
 # CLIP="file x,y,w,h x,y,w,h" (foreground, background) also that of a video to ffmpeg's null decode.

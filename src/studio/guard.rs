@@ -1,7 +1,12 @@
 //! Who may ask: the token, the Host, the Origin, and the header that only a script of this page
 //! can set.
+//!
+//! The address that is printed holds a token that opens the page once: it stands in the terminal, in
+//! the list of processes while the browser is started, and in the browser's history. What the browser
+//! gets for it, and sends from then on, stands nowhere else.
 
 use std::net::{IpAddr, SocketAddr};
+use std::sync::{Mutex, PoisonError};
 
 use axum::http::header::{COOKIE, HOST, LOCATION, ORIGIN, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderName, Method, Request, StatusCode};
@@ -21,9 +26,15 @@ const WRITE_HEADER: HeaderName = HeaderName::from_static("x-muybridge");
 /// 256 bits.
 const TOKEN_BYTES: usize = 32;
 
+/// Addresses that were given out and not opened, the oldest of which is forgotten for another.
+const MOST_INVITATIONS: usize = 4;
+
 /// Checks requests before anything is done.
 pub(super) struct Guard {
+    /// What every request carries, for as long as the studio runs.
     token: String,
+    /// Tokens that open the page, each once.
+    invitations: Mutex<Vec<String>>,
     address: SocketAddr,
 }
 
@@ -38,24 +49,39 @@ pub(super) enum Passage {
 impl Guard {
     /// A guard with a new token from the operating system.
     pub(super) fn new(address: SocketAddr) -> std::io::Result<Self> {
-        let mut bytes = [0_u8; TOKEN_BYTES];
-        SysRng.try_fill_bytes(&mut bytes).map_err(std::io::Error::other)?;
-        let token = bytes.iter().map(|b| format!("{b:02x}")).collect();
-        Ok(Self { token, address })
+        Ok(Self { token: new_token()?, invitations: Mutex::default(), address })
     }
 
-    /// The address to open in a browser.
-    pub(super) fn url(&self) -> String {
+    /// An address to open in a browser, once.
+    pub(super) fn invitation(&self) -> std::io::Result<String> {
+        let token = new_token()?;
         let host = match self.address.ip() {
             ip if ip.is_unspecified() => format!("127.0.0.1:{}", self.address.port()),
             _ => self.address.to_string(),
         };
-        format!("http://{host}/?token={}", self.token)
+        let url = format!("http://{host}/?token={token}");
+        let mut open = self.invitations.lock().unwrap_or_else(PoisonError::into_inner);
+        open.push(token);
+        let forgotten = open.len().saturating_sub(MOST_INVITATIONS);
+        open.drain(..forgotten);
+        Ok(url)
+    }
+
+    /// Takes an invitation; whether there was one.
+    fn take_invitation(&self, given: &str) -> bool {
+        let mut open = self.invitations.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = open.len();
+        open.retain(|token| !is_same(token, given));
+        open.len() < before
     }
 
     /// Looks at everything but the body.
     pub(super) fn check<B>(&self, request: &Request<B>) -> Result<Passage> {
         let host = self.host(request.headers())?;
+        // The request line may name a server, too.
+        if request.uri().authority().is_some_and(|named| named.as_str() != host) {
+            return Err(Refusal::forbidden("this server is not known by that name"));
+        }
         let method = request.method();
         let writes = match *method {
             Method::GET | Method::HEAD => false,
@@ -74,10 +100,10 @@ impl Guard {
             .then(|| request.uri().query().and_then(token_of_query))
             .flatten();
         if let Some(given) = opening {
-            return if self.is_token(given) {
-                Ok(Passage::Enter(self.entrance()))
-            } else {
-                Err(no_token())
+            // Opened again in the same browser, a used address still leads to the page.
+            return match self.take_invitation(given) || self.has_token(request.headers()) {
+                true => Ok(Passage::Enter(self.entrance())),
+                false => Err(used()),
             };
         }
         if !self.has_token(request.headers()) {
@@ -145,12 +171,22 @@ impl Guard {
             .any(|(n, value)| n == name && self.is_token(value))
     }
 
-    /// In a time that does not depend on where the two differ.
     fn is_token(&self, given: &str) -> bool {
-        let (own, given) = (self.token.as_bytes(), given.as_bytes());
-        let differ = own.iter().zip(given).fold(0, |all, (a, b)| all | (a ^ b));
-        own.len() == given.len() && std::hint::black_box(differ) == 0
+        is_same(&self.token, given)
     }
+}
+
+/// In a time that does not depend on where the two differ.
+fn is_same(own: &str, given: &str) -> bool {
+    let (own, given) = (own.as_bytes(), given.as_bytes());
+    let differ = own.iter().zip(given).fold(0, |all, (a, b)| all | (a ^ b));
+    own.len() == given.len() && std::hint::black_box(differ) == 0
+}
+
+fn new_token() -> std::io::Result<String> {
+    let mut bytes = [0_u8; TOKEN_BYTES];
+    SysRng.try_fill_bytes(&mut bytes).map_err(std::io::Error::other)?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
 fn token_of_query(query: &str) -> Option<&str> {
@@ -161,6 +197,12 @@ fn no_token() -> Refusal {
     let refusal = Refusal::new(StatusCode::UNAUTHORIZED, "the token is missing or wrong");
     let hint = "open the address that `muybridge studio` printed".to_owned();
     Refusal { hint: Some(hint), ..refusal }
+}
+
+fn used() -> Refusal {
+    let sentence = "this address is wrong, or was opened before: it opens the studio once";
+    let hint = "the open page gives another («Another browser»), and so does starting it again";
+    Refusal { hint: Some(hint.to_owned()), ..Refusal::new(StatusCode::UNAUTHORIZED, sentence) }
 }
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ use crate::pipeline::{Options, Progress};
 use crate::shot::{Lock, Shot, Stage};
 use crate::work;
 
+/// Where the movie goes: a name that a shot shows beside its animation.
+const MOVIE: &str = "animation.mp4";
+
 /// Progress is told at most this often.
 const TELL_EVERY: Duration = Duration::from_millis(100);
 
@@ -28,6 +31,9 @@ pub(super) struct Order {
     force: bool,
     #[serde(default)]
     overlay: bool,
+    /// With the report: footage and rig side by side as `animation.mp4`.
+    #[serde(default)]
+    movie: bool,
 }
 
 /// The commands that do work on a shot.
@@ -220,7 +226,9 @@ fn perform(job: &Job, order: &Order, shot: &Shot) -> crate::error::Result<Done> 
             Done { ran: done.outcome.ran, kept: done.outcome.kept, result }
         }
         Command::Report => {
-            let work::Reported { document: done, kept, .. } = work::report(shot, None, options)?;
+            let movie = order.movie.then(|| shot.path(MOVIE));
+            let work::Reported { document: done, kept, .. } =
+                work::report(shot, movie.as_deref(), options)?;
             Done { ran: true, kept, result: document(&done)? }
         }
         Command::Run => {

@@ -82,7 +82,7 @@ pub fn run<E: From<Error>>(
         Ok::<_, Error>((listener, address))
     })?;
     let studio = Arc::new(Studio::new(root, Guard::new(address).map_err(listen)?, first));
-    ready(&studio.guard.url())?;
+    ready(&studio.guard.invitation().map_err(listen)?)?;
     runtime.block_on(async {
         tokio::select! {
             () = server::serve(Arc::clone(&studio), listener) => {}

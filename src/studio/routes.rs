@@ -42,6 +42,7 @@ pub(super) fn router() -> Router<Arc<Studio>> {
         .route("/api/events", get(listen))
         .route("/api/rig", get(rig))
         .route("/api/rig/clips", get(rig_clips))
+        .route("/api/invitation", post(invitation))
         .route("/api/shutdown", post(shutdown))
         .fallback(async || Refusal::not_found("there is nothing at this address"))
         .method_not_allowed_fallback(async || {
@@ -108,7 +109,7 @@ async fn asset(Path(name): Path<String>) -> Result<Response> {
 async fn session(State(studio): Shared) -> Response {
     let session = json!({
         "version": env!("CARGO_PKG_VERSION"), "root": studio.root.title(),
-        "shot": studio.first, "recent": [],
+        "shot": studio.first,
     });
     answer::json(StatusCode::OK, &session)
 }
@@ -241,6 +242,12 @@ async fn cancel(State(studio): Shared, body: Bytes) -> Result<Response> {
     let asked: OfJob = document(&body)?;
     studio.cancel(&asked.job)?;
     Ok(answer::json(StatusCode::ACCEPTED, &json!({"job": asked.job})))
+}
+
+/// An address for another browser.
+async fn invitation(State(studio): Shared) -> Result<Response> {
+    let url = studio.guard.invitation().map_err(|_| Refusal::defect())?;
+    Ok(answer::json(StatusCode::CREATED, &json!({"url": url})))
 }
 
 async fn listen(State(studio): Shared, uri: Uri) -> Result<Response> {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
-use axum::http::header::CONTENT_LENGTH;
+use axum::http::header::{CONNECTION, CONTENT_LENGTH, TRANSFER_ENCODING};
 use axum::http::{Method, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -111,11 +111,23 @@ async fn look_for_changes(studio: &Arc<Studio>) {
 
 async fn guarded(State(studio): State<Arc<Studio>>, request: Request, next: Next) -> Response {
     let response = match studio.guard.check(&request) {
+        _ if has_two_lengths(&request) => {
+            let refused = Refusal::malformed("the request gives its length in two ways");
+            let mut response = refused.into_response();
+            answer::header(&mut response, CONNECTION, "close");
+            response
+        }
         Ok(Passage::Open) => next.run(request).await,
         Ok(Passage::Enter(response)) => response,
         Err(refusal) => refusal.into_response(),
     };
     answer::with_safe_headers(response)
+}
+
+/// Where one request ends and the next begins must not be a matter of opinion (RFC 9112, 6.3).
+fn has_two_lengths(request: &Request) -> bool {
+    let headers = request.headers();
+    headers.contains_key(CONTENT_LENGTH) && headers.contains_key(TRANSFER_ENCODING)
 }
 
 /// Reads the body before anything is done, within bounds of size and time.

@@ -14,7 +14,8 @@ export interface Settings {
   source: { foreground: Rectangle | null; background: Rectangle | null; from: string | null };
   analysis: { gait: string };
   keys: { count: number; partners: boolean; include: number[]; partner_of: [number, number][] };
-  animation: { method: string };
+  animation: { method: string; fps: number; retime: number; loop_strides: number };
+  feet: { plant: boolean; root: string };
   poses: { rig: string | null; pose: PoseOfKey[] };
 }
 
@@ -68,9 +69,16 @@ export class Refused extends Error {
   }
 }
 
+/** A job was stopped by somebody, which is no fault. */
+export class Stopped extends Error {
+  constructor() {
+    super("stopped; the shot is as it was before");
+  }
+}
+
 async function refusal(response: Response): Promise<Refused> {
   try {
-    const body = await response.json();
+    const body = (await response.json()) as { error: string; hint?: string | null; version?: string | null };
     return new Refused(response.status, body.error, body.hint ?? null, body.version ?? null);
   } catch {
     return new Refused(response.status, `the studio answered ${response.status}`, null, null);
@@ -102,8 +110,10 @@ async function json<T>(method: string, path: string, body?: unknown): Promise<T>
 
 const of = (shot: string) => `shot=${encodeURIComponent(shot)}`;
 
-export const session = () =>
-  json<{ version: string; root: string; shot: string | null }>("GET", "/api/session");
+export const session = () => json<{ version: string; root: string; shot: string | null }>("GET", "/api/session");
+
+/** An address that opens the studio in another browser, once. */
+export const invitation = () => json<{ url: string }>("POST", "/api/invitation");
 
 export const browse = (path: string) =>
   json<{ path: string; parent: string | null; entries: Entry[] }>(
@@ -115,15 +125,11 @@ export const makeShot = (wanted: object) => json<unknown>("POST", "/api/shots", 
 
 export const shotState = (shot: string) => json<ShotState>("GET", `/api/shot?${of(shot)}`);
 
-export const changeSettings = (
-  shot: string,
-  version: string,
-  set: Record<string, unknown>,
-  rig?: string,
-) => json<ShotState>("PATCH", `/api/shot?${of(shot)}`, { version, set, ...(rig ? { rig } : {}) });
+export const changeSettings = (shot: string, version: string, set: Record<string, unknown>, rig?: string) =>
+  json<ShotState>("PATCH", `/api/shot?${of(shot)}`, { version, set, ...(rig ? { rig } : {}) });
 
-export const run = (shot: string, stage: string) =>
-  json<{ job: string }>("POST", "/api/run", { shot, stage });
+export const run = (shot: string, stage: string, more: { force?: boolean; movie?: boolean } = {}) =>
+  json<{ job: string }>("POST", "/api/run", { shot, stage, ...more });
 
 export const cancel = (job: string) => json<unknown>("POST", "/api/cancel", { job });
 
@@ -138,12 +144,7 @@ export async function bytes(url: string): Promise<ArrayBuffer> {
   return (await request(url)).arrayBuffer();
 }
 
-export async function putFile(
-  shot: string,
-  name: string,
-  body: Blob | string,
-  version: string,
-): Promise<string> {
+export async function putFile(shot: string, name: string, body: Blob | string, version: string): Promise<string> {
   const init = { method: "PUT", body, headers: { "If-Match": `"${version}"` } };
   const answer = await request(fileUrl(shot, name), init);
   return ((await answer.json()) as { version: string }).version;
@@ -160,20 +161,57 @@ export const frameUrl = (state: ShotState, frame: number, width: number) =>
 export const rigUrl = (path: string) => `/api/rig?path=${encodeURIComponent(path)}`;
 
 export const rigClips = (path: string) =>
-  json<{ clips: Clip[]; joints: number; meshes: number }>(
-    "GET",
-    `/api/rig/clips?path=${encodeURIComponent(path)}`,
-  );
+  json<{ clips: Clip[]; joints: number; meshes: number }>("GET", `/api/rig/clips?path=${encodeURIComponent(path)}`);
+
+/** What a job ended with. */
+export interface Done {
+  job: string;
+  ran: boolean;
+  /** Files edited by hand that were not overwritten. */
+  kept: string[];
+  /** The document the command prints. */
+  result: unknown;
+}
+
+/** What the program tells of a shot, and what became of the connection. */
+export interface Events {
+  hello: { job: JobStatus | null };
+  progress: JobStatus;
+  done: Done;
+  failed: { job: string; error: string; hint: string | null };
+  cancelled: { job: string };
+  changed: { files: Record<string, string> };
+  lost: null;
+}
+
+/** A connection that was refused is tried again after this time. */
+const LISTEN_AGAIN_MS = 2000;
+
+const TOLD = ["hello", "progress", "done", "failed", "cancelled", "changed"] as const;
 
 /** Listens to what happens to a shot; the function returned stops it. */
-export function listen(shot: string, heard: (name: string, data: any) => void): () => void {
-  const source = new EventSource(`/api/events?${of(shot)}`);
-  for (const name of ["progress", "done", "failed", "cancelled", "changed"]) {
-    source.addEventListener(name, (event) => {
-      heard(name, JSON.parse((event as MessageEvent<string>).data));
-    });
-  }
-  source.onerror = () => heard("lost", null);
-  source.onopen = () => heard("open", null);
-  return () => source.close();
+export function listen(
+  shot: string,
+  heard: <Name extends keyof Events>(name: Name, data: Events[Name]) => void,
+): () => void {
+  let source: EventSource;
+  let timer: number | undefined;
+  const begin = () => {
+    source = new EventSource(`/api/events?${of(shot)}`);
+    const hear = <Name extends (typeof TOLD)[number]>(name: Name) =>
+      source.addEventListener(name, (event: MessageEvent<string>) => {
+        heard(name, JSON.parse(event.data) as Events[Name]);
+      });
+    TOLD.forEach(hear);
+    source.onerror = () => {
+      heard("lost", null);
+      // A browser gives up on a program that was started anew and does not know this page yet.
+      if (source.readyState === EventSource.CLOSED) timer = window.setTimeout(begin, LISTEN_AGAIN_MS);
+    };
+  };
+  begin();
+  return () => {
+    clearTimeout(timer);
+    source.close();
+  };
 }

@@ -23,17 +23,21 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** Puts children in place of what an element holds. */
+const CONTROLS = "button, input, select, a[href]";
+
+/** Puts children in place of what an element holds; the control that had the focus has it again. */
 export function fill(element: HTMLElement, ...children: Child[]): void {
+  const held = element.contains(document.activeElement)
+    ? [...element.querySelectorAll(CONTROLS)].indexOf(document.activeElement!)
+    : -1;
   element.replaceChildren(...children.filter((child): child is Node | string => Boolean(child)));
+  if (held < 0) return;
+  const again = element.querySelectorAll<HTMLElement>(CONTROLS)[held];
+  again?.focus({ preventScroll: true });
 }
 
 /** An SVG element. */
-export function svg(
-  tag: string,
-  attributes: Record<string, string | number> = {},
-  ...children: Child[]
-): SVGElement {
+export function svg(tag: string, attributes: Record<string, string | number> = {}, ...children: Child[]): SVGElement {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
   for (const child of children) if (child) element.append(child);
@@ -65,19 +69,50 @@ export function coalesced(act: () => void): () => void {
   };
 }
 
+/** A share in words. */
+export const percent = (share: number) => `${Math.round(100 * share)} %`;
+
+/** Gives the keyboard back to the window when a control was used by pointer: arrows scrub again. */
+function release(control: HTMLElement): void {
+  control.addEventListener("change", () => {
+    if (!control.matches(":focus-visible")) control.blur();
+  });
+}
+
+/** A slider with its label and its value, in the words of `told`. */
 export function slider(
   label: string,
   value: number,
   range: { min: number; max: number; step: number },
   change: (value: number) => void,
+  told: (value: number) => string = String,
+  id = `control-${++labels}`,
 ): HTMLElement {
+  const output = h("output", {}, told(value));
   const input = h("input", {
     type: "range",
+    id,
     ...Object.fromEntries(Object.entries(range).map(([k, v]) => [k, String(v)])),
-    oninput: (event: Event) => change(Number((event.target as HTMLInputElement).value)),
+    oninput: () => {
+      output.textContent = told(Number(input.value));
+      change(Number(input.value));
+    },
   });
   input.value = String(value);
-  return labelled(label, input);
+  release(input);
+  const head = h("div", { className: "head" }, h("label", { htmlFor: input.id }, label), output);
+  return h("div", { className: "field" }, head, input);
+}
+
+/** Controls that belong together, under a label. */
+export function group(label: string, ...controls: HTMLElement[]): HTMLElement {
+  const id = `control-${++labels}`;
+  return h(
+    "div",
+    { className: "field" },
+    h("span", { id, className: "label" }, label),
+    h("div", { className: "picks", role: "group", "aria-labelledby": id }, ...controls),
+  );
 }
 
 export function choice(
@@ -91,6 +126,7 @@ export function choice(
     { onchange: (event: Event) => change((event.target as HTMLSelectElement).value) },
     ...options.map(([v, text]) => h("option", { value: v, selected: v === value }, text)),
   );
+  release(select);
   return labelled(label, select);
 }
 

@@ -1,14 +1,16 @@
 // Footage: look at it, draw the two rectangles, find the silhouettes.
 
 import type { Rectangle } from "./api";
-import { button, checkbox, fill, h, slider } from "./dom";
+import { button, fill, group, h } from "./dom";
 import { attempt, say } from "./say";
+import { maskView, segment } from "./silhouettes";
 import { store } from "./store";
 import { Viewer, type Tool } from "./viewer";
 
 type Side = "foreground" | "background";
 
 const COLOURS: Record<Side, string> = { foreground: "#4ade80", background: "#f87171" };
+const WORDS: Record<Side, string> = { foreground: "Animal", background: "Background" };
 
 /** Draws and changes the two rectangles on the first frame. */
 class Rectangles implements Tool {
@@ -17,7 +19,10 @@ class Rectangles implements Tool {
   private start: [number, number] | null = null;
   private drawn: Rectangle | null = null;
 
-  constructor(private readonly redraw: () => void) {}
+  constructor(
+    private readonly redraw: () => void,
+    private readonly told: () => void,
+  ) {}
 
   down(x: number, y: number): void {
     if (store.frame !== 0) {
@@ -40,91 +45,103 @@ class Rectangles implements Tool {
 
   up(): void {
     const drawn = this.drawn;
-    this.start = null;
-    this.drawn = null;
-    if (!drawn || drawn[2] < 2 || drawn[3] < 2) return this.redraw();
+    this.abandon();
+    if (!drawn || drawn[2] < 2 || drawn[3] < 2) return;
     const side = this.side;
-    attempt(async () => {
-      await store.change({ [`source.${side}`]: drawn });
-      if (side === "foreground" && !store.opened.settings.source.background) {
-        this.side = "background";
-        store.tell("view");
-      }
-    });
+    // The other one is drawn next, as long as it is missing.
+    const other = side === "foreground" ? "background" : "foreground";
+    if (!store.opened.settings.source[other]) this.side = other;
+    this.told();
+    attempt(() => store.change(() => ({ [`source.${side}`]: drawn })));
+  }
+
+  abandon(): void {
+    this.start = this.drawn = null;
+    this.redraw();
   }
 
   paint(context: CanvasRenderingContext2D, scale: number): void {
     if (store.frame !== 0) return;
     for (const side of ["foreground", "background"] as const) {
-      const own = this.side === side ? this.drawn : null;
-      const r = own ?? store.opened.settings.source[side];
+      const r = (this.side === side ? this.drawn : null) ?? store.opened.settings.source[side];
       if (!r) continue;
       context.lineWidth = 2 / scale;
       context.strokeStyle = COLOURS[side];
       context.setLineDash(side === "background" ? [8 / scale, 5 / scale] : []);
       context.strokeRect(...r);
       context.setLineDash([]);
-      context.font = `600 ${13 / scale}px system-ui`;
-      context.fillStyle = COLOURS[side];
-      const text = side === "foreground" ? "animal" : "background";
-      context.fillText(text, r[0] + 5 / scale, r[1] + 16 / scale);
+      this.label(context, WORDS[side], r[0], r[1], scale, COLOURS[side]);
     }
+  }
+
+  private label(
+    context: CanvasRenderingContext2D,
+    text: string,
+    x: number,
+    y: number,
+    scale: number,
+    colour: string,
+  ): void {
+    context.font = `600 ${12 / scale}px system-ui, sans-serif`;
+    const wide = context.measureText(text).width + 10 / scale;
+    // Beside the right edge it stays in the picture.
+    const left = Math.max(0, Math.min(x - 1 / scale, store.opened.width - wide));
+    context.fillStyle = colour;
+    context.fillRect(left, y, wide, 18 / scale);
+    context.fillStyle = "#10151c";
+    context.fillText(text, left + 5 / scale, y + 13 / scale);
   }
 }
 
 export function footage(main: HTMLElement, inspector: HTMLElement): () => void {
   const viewer = new Viewer();
-  const tool = new Rectangles(viewer.redraw);
-  viewer.tool = tool;
-  main.append(viewer.canvas);
+  const tool = new Rectangles(viewer.redraw, () => draw());
+  viewer.tool = store.opened.footage ? tool : null;
+  main.append(viewer.element);
 
+  const rectangles = () => {
+    const { source } = store.opened.settings;
+    const told = (r: Rectangle | null) => (r ? `${r[2]} × ${r[3]} at ${r[0]}, ${r[1]}` : "not drawn yet");
+    const pick = (side: Side) =>
+      button(WORDS[side], () => ((tool.side = side), draw()), {
+        "aria-pressed": String(tool.side === side),
+        className: `pick ${side}`,
+      });
+    return [
+      h(
+        "p",
+        { className: "lead" },
+        "Two rectangles on the first frame: drag one inside the animal and one where it is not.",
+      ),
+      group("Draw", pick("foreground"), pick("background")),
+      h(
+        "dl",
+        {},
+        ...(["foreground", "background"] as const).flatMap((side) => [
+          h("dt", {}, WORDS[side]),
+          h("dd", {}, told(source[side])),
+        ]),
+      ),
+    ];
+  };
   const draw = () => {
     const { source } = store.opened.settings;
     const has = store.opened.footage;
-    const side = (name: Side, text: string) =>
-      button(text, () => ((tool.side = name), draw()), {
-        "aria-pressed": String(tool.side === name),
-        className: `side ${name}`,
-      });
-    const told = (r: Rectangle | null) => (r ? r.join(", ") : "not drawn yet");
-    const missing = !source.foreground || !source.background;
+    const missing = has && !(source.foreground && source.background);
     fill(
       inspector,
       h("h2", {}, "Footage"),
       h("p", { className: "facts" }, facts()),
-      store.opened.footage_problem
-        ? h("p", { className: "fault" }, store.opened.footage_problem)
-        : null,
-      ...(has
-        ? [
-            h("h3", {}, "Two rectangles on the first frame"),
-            h("p", {}, "Drag one inside the animal and one where it is not."),
-            h("div", { className: "row" }, side("foreground", "Animal"), side("background", "Background")),
-            h(
-              "dl",
-              {},
-              h("dt", {}, "Animal"),
-              h("dd", {}, told(source.foreground)),
-              h("dt", {}, "Background"),
-              h("dd", {}, told(source.background)),
-            ),
-          ]
-        : []),
-      button("Find silhouettes", () => attempt(segment), {
+      store.opened.footage_problem ? h("p", { className: "fault" }, store.opened.footage_problem) : null,
+      ...(has ? rectangles() : []),
+      button("Find silhouettes", () => attempt(() => segment()), {
         className: "main",
         id: "segment",
-        disabled: store.job !== null || (has && missing && !hasStrokes()),
+        disabled: store.job !== null || (missing && !hasStrokes()),
       }),
-      has && missing
-        ? h("p", { className: "hint" }, "Without rectangles, sketch every frame under Paint instead.")
-        : null,
+      missing ? h("p", { className: "hint" }, "Without rectangles, sketch every frame under Paint instead.") : null,
       h("h3", {}, "View"),
-      slider("Mask", store.view.maskOpacity, { min: 0, max: 1, step: 0.05 }, (v) =>
-        store.setView({ maskOpacity: v }),
-      ),
-      checkbox("Onion skin: masks before (red) and after (blue)", store.view.onion, (v) =>
-        store.setView({ onion: v }),
-      ),
+      ...maskView(),
     );
   };
   draw();
@@ -142,13 +159,4 @@ function hasStrokes(): boolean {
 function facts(): string {
   const { width, height, frames, fps } = store.opened;
   return `${width} × ${height} pixels, ${frames} frames, ${Number(fps.toFixed(3))} a second`;
-}
-
-export async function segment(): Promise<void> {
-  const result = await store.run("segment");
-  const flagged: number = new Set((result?.flagged ?? []).flatMap((f: any) => f.frames)).size;
-  const made = result?.made === undefined ? "" : `${result.made} of ${result.frames} masks made. `;
-  const next = result?.correct_next ?? null;
-  const hint = next === null ? null : `The least sure frame is ${next}; a stroke there helps most.`;
-  say(`${made}${flagged} frames are flagged.`, hint);
 }

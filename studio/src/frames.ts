@@ -1,60 +1,104 @@
-// Pictures of the footage, fetched ahead of where the user scrubs, and masks.
+// Pictures of the footage, fetched ahead of where the user scrubs, and masks and strokes.
 
 import * as api from "./api";
+import { h } from "./dom";
 import { store } from "./store";
 
-/** Most bytes of decoded pictures that are kept. */
+/** Most bytes of decoded pictures that are kept of each kind. */
 const MOST_BYTES = 500e6;
 const AT_ONCE = 4;
 
-/** Keeps pictures by a name, the longest unused go first. */
-class Pictures {
-  private kept = new Map<string, ImageBitmap>();
-  private under = new Map<string, Promise<ImageBitmap | null>>();
+/** Frames fetched ahead and behind. */
+const AHEAD = 48;
+const BEHIND = 16;
+const MASKS_AHEAD = 4;
+
+/** The colour of the current frame's mask over the footage. */
+export const MASK_COLOUR = "#ffb020";
+
+/** Keeps pictures by a name; the longest unused go first. */
+class Pictures<Kept extends { width: number; height: number }> {
+  private kept = new Map<string, Kept>();
+  private under = new Map<string, Promise<Kept | null>>();
   private bytes = 0;
 
-  get(url: string): ImageBitmap | undefined {
-    const found = this.kept.get(url);
+  constructor(
+    private readonly made: (blob: Blob, url: string) => Promise<Kept>,
+    private readonly dropped: (old: Kept) => void = () => undefined,
+  ) {}
+
+  get(name: string): Kept | undefined {
+    const found = this.kept.get(name);
     if (found) {
-      this.kept.delete(url);
-      this.kept.set(url, found);
+      this.kept.delete(name);
+      this.kept.set(name, found);
     }
     return found;
   }
 
-  has(url: string): boolean {
-    return this.kept.has(url) || this.under.has(url);
+  has(name: string): boolean {
+    return this.kept.has(name) || this.under.has(name);
   }
 
-  load(url: string): Promise<ImageBitmap | null> {
-    const found = this.get(url);
+  /** What is at an address, kept by a name. */
+  load(url: string, name = url): Promise<Kept | null> {
+    const found = this.get(name);
     if (found) return Promise.resolve(found);
-    let loading = this.under.get(url);
+    let loading = this.under.get(name);
     if (!loading) {
-      loading = this.fetch(url).finally(() => this.under.delete(url));
-      this.under.set(url, loading);
+      loading = this.fetch(url, name).finally(() => this.under.delete(name));
+      this.under.set(name, loading);
     }
     return loading;
   }
 
-  private async fetch(url: string): Promise<ImageBitmap | null> {
+  private async fetch(url: string, name: string): Promise<Kept | null> {
     const response = await fetch(url);
     if (!response.ok) return null;
-    const picture = await createImageBitmap(await response.blob());
-    this.kept.set(url, picture);
+    const picture = await this.made(await response.blob(), name);
+    this.kept.set(name, picture);
     this.bytes += 4 * picture.width * picture.height;
-    for (const [name, old] of this.kept) {
-      if (this.bytes <= MOST_BYTES || name === url) break;
-      this.kept.delete(name);
-      this.bytes -= 4 * old.width * old.height;
-      old.close();
+    for (const [old, its] of this.kept) {
+      if (this.bytes <= MOST_BYTES || old === name) break;
+      this.kept.delete(old);
+      this.bytes -= 4 * its.width * its.height;
+      this.dropped(its);
     }
     return picture;
   }
 }
 
-const footage = new Pictures();
-const masks = new Pictures();
+const bitmaps = () =>
+  new Pictures(
+    (blob) => createImageBitmap(blob),
+    (old: ImageBitmap) => old.close(),
+  );
+const footage = bitmaps();
+const masks = bitmaps();
+/** Frames at their full width, for looking closely. */
+const details = bitmaps();
+const overlays = new Pictures(async (blob, name) => {
+  const picture = await createImageBitmap(blob);
+  const canvas = coloured(picture, name.slice(0, name.indexOf(" ")));
+  picture.close();
+  return canvas;
+});
+
+/** White on black, or white on nothing, as a picture of one colour (#rrggbb), clear elsewhere. */
+function coloured(picture: ImageBitmap, colour: string): HTMLCanvasElement {
+  const canvas = h("canvas", { width: picture.width, height: picture.height });
+  const context = canvas.getContext("2d", { willReadFrequently: true })!;
+  context.drawImage(picture, 0, 0);
+  const image = context.getImageData(0, 0, canvas.width, canvas.height);
+  const pixels = new Uint32Array(image.data.buffer);
+  const [red, green, blue] = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+  const [shown] = new Uint32Array(Uint8Array.of(red!, green!, blue!, 255).buffer);
+  const byte = new Uint8Array(pixels.buffer);
+  for (let at = 0; at < pixels.length; at++) pixels[at] = byte[4 * at]! >= 128 ? shown! : 0;
+  context.putImageData(image, 0, 0);
+  return canvas;
+}
+
 let active = 0;
 let wanted: number[] = [];
 
@@ -68,7 +112,13 @@ const url = (frame: number) => api.frameUrl(store.opened, frame, fetchedWidth())
 
 export const picture = (frame: number) => footage.get(url(frame));
 
-export const loadPicture = (frame: number) => footage.load(url(frame));
+/** A frame at its full width; undefined while it is fetched. */
+export function detail(frame: number, arrived: () => void): ImageBitmap | undefined {
+  const address = api.frameUrl(store.opened, frame, store.opened.width);
+  const found = details.get(address);
+  if (!found && !details.has(address)) void details.load(address).then(arrived, () => undefined);
+  return found;
+}
 
 /** A small picture for a sheet. */
 export const smallPictureUrl = (frame: number, width: number) =>
@@ -80,16 +130,17 @@ export function prefetch(frame: number, direction: number, arrived: () => void):
   const last = store.shot.frames - 1;
   const ahead = direction < 0 ? -1 : 1;
   wanted = [frame];
-  for (let d = 1; d <= 48; d++) {
+  for (let d = 1; d <= AHEAD; d++) {
     wanted.push(frame + ahead * d);
-    if (d <= 16) wanted.push(frame - ahead * d);
+    if (d <= BEHIND) wanted.push(frame - ahead * d);
   }
   wanted = wanted.filter((t) => t >= 0 && t <= last && !footage.has(url(t)));
   pump(arrived);
+  for (let d = 1; d <= MASKS_AHEAD; d++) void overlay(maskName(frame + ahead * d), MASK_COLOUR, () => undefined);
 }
 
 function pump(arrived: () => void): void {
-  while (active < AT_ONCE && wanted.length > 0) {
+  while (active < AT_ONCE && wanted.length > 0 && store.shot) {
     const frame = wanted.shift()!;
     active++;
     footage
@@ -103,16 +154,38 @@ function pump(arrived: () => void): void {
   }
 }
 
-export const maskName = (frame: number) => `masks/${String(frame).padStart(6, "0")}.png`;
-export const strokeName = (frame: number) => `strokes/${String(frame).padStart(6, "0")}.png`;
+const numbered = (folder: string, frame: number) => `${folder}/${String(frame).padStart(6, "0")}.png`;
+export const maskName = (frame: number) => numbered("masks", frame);
+export const strokeName = (frame: number) => numbered("strokes", frame);
 
-/** The mask of a frame, white on black; undefined while it is fetched, null when there is none. */
-export function mask(frame: number, arrived: () => void): ImageBitmap | null | undefined {
+/** The mask of a frame, white on black; null when there is none or it is on its way. */
+export function mask(frame: number, arrived: () => void): ImageBitmap | null {
+  return file(masks, maskName(frame), arrived);
+}
+
+/** The mask of a frame, waited for; null when there is none. */
+export function loadMask(frame: number): Promise<ImageBitmap | null> {
   const name = maskName(frame);
+  const version = store.version(name);
+  return version ? masks.load(api.fileUrl(store.opened.shot, name, version)) : Promise.resolve(null);
+}
+
+/** A mask, or strokes, in one colour; null when there are none or they are on their way. */
+export function overlay(name: string, colour: string, arrived: () => void): HTMLCanvasElement | null {
+  return file(overlays, name, arrived, `${colour} `);
+}
+
+function file<Kept extends { width: number; height: number }>(
+  pictures: Pictures<Kept>,
+  name: string,
+  arrived: () => void,
+  prefix = "",
+): Kept | null {
   const version = store.version(name);
   if (!version) return null;
   const address = api.fileUrl(store.opened.shot, name, version);
-  const found = masks.get(address);
-  if (!found && !masks.has(address)) void masks.load(address).then(arrived, () => undefined);
-  return found;
+  const known = prefix + address;
+  const found = pictures.get(known);
+  if (!found && !pictures.has(known)) void pictures.load(address, known).then(arrived, () => undefined);
+  return found ?? null;
 }

@@ -10,7 +10,7 @@ import { keys } from "./keys";
 import { paint } from "./paint";
 import { poses } from "./poses";
 import { result } from "./result";
-import { attempt } from "./say";
+import { attempt, quieten } from "./say";
 import { scrubber } from "./scrubber";
 import { STEPS, listenToKeys, showShortcuts } from "./shortcuts";
 import { start } from "./start";
@@ -30,9 +30,14 @@ const STAGE_OF: Partial<Record<Step, string>> = {
 
 const WORDS: Record<string, string> = {
   fresh: "done",
-  stale: "to be done again",
-  missing: "not done yet",
+  stale: "out of date",
+  missing: "to do",
 };
+
+function posesSaid(): string {
+  const { length } = store.opened.settings.poses.pose;
+  return length === 1 ? "1 pose" : length > 0 ? `${length} poses` : "to do";
+}
 
 const app = document.querySelector<HTMLElement>("#app")!;
 let leave: (() => void) | null = null;
@@ -45,6 +50,7 @@ function workspace(): void {
   const progress = h("div", { className: "progress" });
   go = (step) => {
     leave?.();
+    if (store.step !== step) quieten();
     store.step = step;
     main.className = "stage";
     main.replaceChildren();
@@ -58,11 +64,15 @@ function workspace(): void {
     document.title = `${shot.name}, Muybridge studio`;
     const focused = document.activeElement?.id ?? "";
     rail.replaceChildren(
-      button(shot.name, leaveShot, { className: "shot", title: "Another shot", "aria-label": `Shot ${shot.name}; choose another` }),
+      button(shot.name, leaveShot, {
+        className: "shot",
+        title: "Another shot",
+        "aria-label": `Shot ${shot.name}; choose another`,
+      }),
       ...STEPS.map(([step, name], at) => {
         const stage = STAGE_OF[step];
         const state = stage ? (shot.stages[stage]?.state ?? "missing") : "";
-        const words = WORDS[state] ?? "";
+        const words = step === "poses" ? posesSaid() : (WORDS[state] ?? "");
         return h(
           "button",
           {
@@ -72,8 +82,8 @@ function workspace(): void {
             onclick: () => go(step),
             "aria-current": store.step === step ? "step" : undefined,
           },
-          h("span", {}, `${at + 1} ${name}`),
-          words ? h("small", {}, words) : null,
+          h("span", { className: "number", "aria-hidden": "true" }, String(at + 1)),
+          h("span", {}, name, words ? h("small", {}, words) : null),
         );
       }),
       button("?", showShortcuts, { className: "quiet help", "aria-label": "Keyboard shortcuts" }),
@@ -86,21 +96,32 @@ function workspace(): void {
       ...(job
         ? [
             h("span", {}, `${job.stage} ${job.total ? `${job.done} of ${job.total}` : "…"}`),
-            h("progress", { "aria-label": `Progress of ${job.stage}`, ...(job.total ? { max: job.total, value: job.done } : {}) }),
-            button("Stop", () => attempt(() => api.cancel(job.id)), { className: "quiet" }),
+            h("progress", {
+              "aria-label": `Progress of ${job.stage}`,
+              ...(job.total ? { max: job.total, value: job.done } : {}),
+            }),
+            button("Stop", () => attempt(() => api.cancel(job.job)), { className: "quiet" }),
           ]
         : []),
     );
   };
-  const ends = [store.on(["files", "shot"], draw), store.on(["job"], work)];
+  const line = h("div", { className: "outage", role: "alert" });
+  const heard = () => {
+    line.textContent = store.connected
+      ? ""
+      : "The studio does not answer. Start it again with muybridge studio; what is drawn here is saved when it is back.";
+  };
+  const strip = scrubber();
+  const ends = [store.on(["files", "shot"], draw), store.on(["job"], work), store.on(["line"], heard), strip.end];
   const leaveShot = () => {
     leave?.();
     leave = null;
     ends.forEach((act) => act());
+    store.close();
     history.replaceState(null, "", "#");
     start(app, workspace);
   };
-  app.replaceChildren(h("div", { className: "workspace" }, rail, main, inspector, scrubber(), progress));
+  app.replaceChildren(h("div", { className: "workspace" }, rail, main, inspector, strip.element, progress, line));
   go("footage");
   work();
 }

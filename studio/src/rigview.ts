@@ -5,11 +5,28 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
 import * as api from "./api";
-import { coalesced, h } from "./dom";
+import { button, coalesced, h } from "./dom";
+
+/** From which side rigs were looked at last, radians about the vertical. */
+let facing = 0;
 
 export class RigView {
   readonly canvas = h("canvas", { className: "rig", tabIndex: 0, role: "img", "aria-label": "The rig" });
+  readonly element = h(
+    "div",
+    { className: "picture" },
+    this.canvas,
+    h(
+      "div",
+      { className: "zoomer", role: "group", "aria-label": "View of the rig" },
+      button("Side", () => this.side(0)),
+      button("Other side", () => this.side(Math.PI)),
+      button("Corner", () => this.side(0.7)),
+    ),
+  );
   clips: three.AnimationClip[] = [];
+  /** Called when the user turns the rig. */
+  onTurn: (() => void) | null = null;
   private readonly renderer: three.WebGLRenderer | null;
   private readonly scene = new three.Scene();
   private readonly camera = new three.PerspectiveCamera(30, 1, 0.01, 5000);
@@ -41,9 +58,17 @@ export class RigView {
 
   private begin(): three.WebGLRenderer | null {
     try {
-      const renderer = new three.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+      const renderer = new three.WebGLRenderer({
+        canvas: this.canvas,
+        antialias: true,
+        alpha: true,
+        preserveDrawingBuffer: true,
+      });
       this.controls = new OrbitControls(this.camera, this.canvas);
-      this.controls.addEventListener("change", () => this.redraw());
+      this.controls.addEventListener("change", () => {
+        this.redraw();
+        this.onTurn?.();
+      });
       return renderer;
     } catch {
       this.canvas.setAttribute("aria-label", "This browser has no WebGL, so the rig cannot be shown");
@@ -55,7 +80,9 @@ export class RigView {
   async load(url: string, beside: (name: string) => string): Promise<void> {
     const manager = new three.LoadingManager();
     const own = new Set([url]);
-    manager.setURLModifier((address) => (own.has(address) || /^(blob|data):/.test(address) ? address : beside(address)));
+    manager.setURLModifier((address) =>
+      own.has(address) || /^(blob|data):/.test(address) ? address : beside(address),
+    );
     const loaded = await new GLTFLoader(manager).parseAsync(await api.bytes(url), "");
     this.clear();
     this.model = loaded.scene;
@@ -95,8 +122,9 @@ export class RigView {
     return this.model ? new three.Box3().setFromObject(this.model, true) : new three.Box3();
   }
 
-  /** Looks from the side: across the longer horizontal extent. */
-  side(turn = 0): void {
+  /** Looks from the side, across the longer horizontal extent, turned about the vertical by some radians. */
+  side(turn = facing): void {
+    facing = turn;
     const box = this.box();
     if (box.isEmpty()) return;
     const size = box.getSize(new three.Vector3());
@@ -106,13 +134,22 @@ export class RigView {
     const wide = Math.max(size.x, size.z) / Math.min(1, this.camera.aspect);
     const distance = (1.2 * Math.max(wide, size.y)) / (2 * Math.tan(Math.PI / 12));
     const angle = along + turn;
-    this.camera.position.set(centre.x + distance * Math.sin(angle), centre.y + 0.04 * distance, centre.z + distance * Math.cos(angle));
+    this.camera.position.set(
+      centre.x + distance * Math.sin(angle),
+      centre.y + 0.04 * distance,
+      centre.z + distance * Math.cos(angle),
+    );
     this.camera.near = distance / 100;
     this.camera.far = distance * 10;
     this.camera.updateProjectionMatrix();
     this.controls?.target.copy(centre);
     this.controls?.update();
     this.redraw();
+  }
+
+  /** From where the rig is looked at, in a word that changes with it. */
+  get viewpoint(): string {
+    return [...this.camera.position.toArray(), this.canvas.width, this.canvas.height].map((v) => v.toFixed(3)).join();
   }
 
   /** Draws at once, for who reads the picture. */

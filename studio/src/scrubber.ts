@@ -1,10 +1,15 @@
 // The strip at the bottom: the current frame, flagged frames, keys, play.
 
 import * as api from "./api";
-import { keyFrames } from "./analysis";
 import { flaggedFrames } from "./csv";
 import { button, h } from "./dom";
+import { keysVersion, readKeys } from "./keyfile";
 import { store } from "./store";
+import { scrubByWheel } from "./viewer";
+
+/** The colours of the marks, as in the style sheet. */
+const FLAG = "#e06c2b";
+const KEY = "#3b82f6";
 
 export const player = {
   running: false,
@@ -27,11 +32,23 @@ export const player = {
   },
 };
 
-export function scrubber(): HTMLElement {
+/** The strip; `end` takes it off the shot's events. */
+export function scrubber(): { element: HTMLElement; end: () => void } {
   const slide = h("input", { type: "range", min: "0", step: "1", id: "frame", "aria-label": "Frame" });
   const ticks = h("canvas", { className: "ticks", "aria-hidden": "true", height: 10 });
   const count = h("output", { className: "count", htmlFor: "frame" });
-  const play = button("Play", () => player.toggle(), { className: "quiet", id: "play" });
+  const play = button("▶", () => player.toggle(), {
+    className: "play",
+    id: "play",
+    "aria-label": "Play",
+    title: "Play (Space)",
+  });
+  const step = (by: number, sign: string, words: string) =>
+    button(sign, () => store.setFrame(store.frame + by), {
+      className: "quiet step-one",
+      "aria-label": words,
+      title: words,
+    });
   let flagged: number[] = [];
   let keys: number[] = [];
   let versions = "";
@@ -47,9 +64,9 @@ export function scrubber(): HTMLElement {
     const context = ticks.getContext("2d")!;
     const at = (t: number) => (t / Math.max(1, frames - 1)) * (ticks.width - 4);
     context.clearRect(0, 0, ticks.width, ticks.height);
-    context.fillStyle = "#e06c2b";
+    context.fillStyle = FLAG;
     for (const t of flagged) context.fillRect(at(t), 5, 3, 5);
-    context.fillStyle = "#3b82f6";
+    context.fillStyle = KEY;
     for (const t of keys) context.fillRect(at(t), 0, 4, 10);
   };
   const look = async () => {
@@ -58,20 +75,51 @@ export function scrubber(): HTMLElement {
     slide.max = String(Math.max(0, shot.frames - 1));
     move();
     const table = "analysis/silhouettes.csv";
-    const now = `${shot.shot} ${shot.files[table] ?? ""} ${shot.files["keys/keys.json"] ?? ""}`;
+    const now = `${shot.shot} ${shot.files[table] ?? ""} ${keysVersion()}`;
     if (now !== versions) {
       versions = now;
       flagged = shot.files[table] ? flaggedFrames(await api.text(shot.shot, table)) : [];
-      keys = (await keyFrames()).map((k) => k.frame);
+      keys = (await readKeys())?.keys.map((k) => k.frame) ?? [];
     }
     mark();
   };
+  const running = () => {
+    play.textContent = player.running ? "❚❚" : "▶";
+    play.setAttribute("aria-label", player.running ? "Stop" : "Play");
+  };
   slide.addEventListener("input", () => store.setFrame(Number(slide.value)));
-  store.on(["frame"], move);
-  store.on(["view"], () => (play.textContent = player.running ? "Stop" : "Play"));
-  store.on(["shot", "files"], () => void look().catch(() => undefined));
-  new ResizeObserver(mark).observe(ticks);
-  void look().catch(() => undefined);
-  const legend = h("span", { className: "legend hint" }, "blue: keys, orange: flagged");
-  return h("footer", { className: "scrubber" }, play, h("div", { className: "track" }, slide, ticks), count, legend);
+  const observer = new ResizeObserver(mark);
+  observer.observe(ticks);
+  const again = () => void look().catch(() => undefined);
+  const ends = [
+    store.on(["frame"], move),
+    store.on(["view"], running),
+    store.on(["shot", "files"], again),
+    () => observer.disconnect(),
+  ];
+  again();
+  const legend = h(
+    "span",
+    { className: "legend hint" },
+    h("i", { className: "mark key-mark" }),
+    "keys",
+    h("i", { className: "mark flag-mark" }),
+    "flagged",
+  );
+  const element = h(
+    "footer",
+    { className: "scrubber" },
+    step(-1, "‹", "One frame back"),
+    play,
+    step(1, "›", "One frame on"),
+    h("div", { className: "track" }, slide, ticks),
+    count,
+    legend,
+  );
+  element.addEventListener("wheel", scrubByWheel, { passive: false });
+  const end = () => {
+    player.running = false;
+    ends.forEach((act) => act());
+  };
+  return { element, end };
 }

@@ -25,10 +25,11 @@ const LIST: [string, string][] = [
   ["A, B, E", "ink: animal, background, eraser"],
   ["[ ]", "thinner, thicker pen"],
   ["C", "copy from the frame before"],
-  ["Enter", "end a polyline"],
+  ["Enter, Escape", "end a polyline, give it up"],
   ["Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Wheel", "scrub; with Ctrl zoom"],
   ["Alt or middle drag", "move the picture"],
+  ["Two fingers", "zoom and move the picture"],
   ["?", "this list"],
 ];
 
@@ -38,7 +39,11 @@ export function showShortcuts(): void {
     { "aria-label": "Keyboard shortcuts" },
     h("h2", {}, "Keyboard shortcuts"),
     h("dl", { className: "shortcuts" }, ...LIST.flatMap(([keys, what]) => [h("dt", {}, keys), h("dd", {}, what)])),
-    h("div", { className: "row" }, button("Close", () => dialog.close())),
+    h(
+      "div",
+      { className: "row" },
+      button("Close", () => dialog.close()),
+    ),
   );
   dialog.addEventListener("close", () => dialog.remove());
   document.body.append(dialog);
@@ -57,13 +62,15 @@ export function listenToKeys(go: (step: Step) => void): void {
   document.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;
     if (document.querySelector("dialog[open]")) return;
-    const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName) && (target as HTMLInputElement).type !== "checkbox";
-    if (event.key === "?") return showShortcuts();
+    const kind = target instanceof HTMLInputElement ? target.type : "";
+    const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName) && kind !== "checkbox";
+    if (event.key === "?" && (!typing || kind === "range")) return showShortcuts();
     if (!store.shot) return;
     const command = event.ctrlKey || event.metaKey;
-    if (command && event.key.toLowerCase() === "z") {
+    const writes = kind === "text" || kind === "number";
+    if (command && !writes && /^[zy]$/i.test(event.key)) {
       event.preventDefault();
-      return event.shiftKey ? pen.redo() : pen.undo();
+      return event.shiftKey || event.key.toLowerCase() === "y" ? pen.redo() : pen.undo();
     }
     if (typing || command || event.altKey) return;
     const by = event.shiftKey ? 10 : 1;
@@ -83,11 +90,12 @@ export function listenToKeys(go: (step: Step) => void): void {
       "]": () => pen.resize(1.25),
       c: () => pen.copy(),
     };
-    // A focused button takes space and enter itself.
-    if (target.tagName !== "BUTTON" && target.tagName !== "A") {
+    // A focused button, link or checkbox takes space and enter itself.
+    if (!/^(BUTTON|A|INPUT)$/.test(target.tagName)) {
       acts[" "] = () => player.toggle();
-      acts["Enter"] = () => pen.end();
+      acts["Enter"] = pen.end;
     }
+    acts["Escape"] = pen.cancel;
     STEPS.forEach(([step], at) => (acts[String(at + 1)] = () => go(step)));
     const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (act) {

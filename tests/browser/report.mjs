@@ -12,8 +12,14 @@ import { chromium } from "playwright-core";
 const LARGEST = 8_000_000;
 const CHROMIUM = process.env.CHROMIUM || "/usr/bin/chromium";
 const ARGUMENTS = [
-  "--no-sandbox", "--disable-quic", "--disable-background-networking", "--disable-component-update",
-  "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+  "--no-sandbox",
+  "--disable-quic",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--use-gl=angle",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
 ];
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -39,21 +45,21 @@ const sum = (canvas) => canvas.toDataURL().length + ":" + canvas.toDataURL().sli
 
 async function checkPlayer(page, fail) {
   const player = page.locator("#player");
-  if (await player.count() === 0) return "no player";
+  if ((await player.count()) === 0) return "no player";
   const footage = player.locator("[data-part=footage]");
-  if (await footage.evaluate(colours) < 10) fail("the footage's canvas is blank");
+  if ((await footage.evaluate(colours)) < 10) fail("the footage's canvas is blank");
   const moment = player.locator("[data-part=moment]");
   await player.locator("[data-part=forward]").focus();
   await page.keyboard.press("ArrowRight");
   if (!(await moment.textContent()).startsWith("frame 1 ")) fail("the arrow key does not step");
   await page.keyboard.press("Home");
   const rig = player.locator("[data-part=rig]");
-  if (await rig.count() === 0) return "no rig";
+  if ((await rig.count()) === 0) return "no rig";
   if (await rig.isHidden()) {
     fail(`the rig is hidden: ${await player.locator("[data-part=no-rig]").textContent()}`);
     return "no rig";
   }
-  if (await rig.evaluate(colours) < 30) fail("the rig's canvas is blank");
+  if ((await rig.evaluate(colours)) < 30) fail("the rig's canvas is blank");
   const before = await rig.evaluate(sum);
   await player.locator("[data-part=scrub]").focus();
   for (let i = 0; i < 5; i += 1) await page.keyboard.press("ArrowRight");
@@ -61,7 +67,7 @@ async function checkPlayer(page, fail) {
   if (moved === before) fail("the rig does not move with the frame");
   await rig.focus();
   await page.keyboard.press("ArrowRight");
-  if (await rig.evaluate(sum) === moved) fail("the rig does not turn");
+  if ((await rig.evaluate(sum)) === moved) fail("the rig does not turn");
   await player.locator("[data-view=side]").click();
   await player.locator("[data-part=play]").click();
   await page.waitForTimeout(600);
@@ -85,7 +91,9 @@ async function check(browser, file, scheme) {
   const faults = [];
   const fail = (what) => faults.push(`${scheme}: ${what}`);
   const page = await browser.newPage({ colorScheme: scheme, viewport: { width: 1280, height: 900 } });
-  page.on("console", (message) => { if (message.type() === "error") fail(`console: ${message.text()}`); });
+  page.on("console", (message) => {
+    if (message.type() === "error") fail(`console: ${message.text()}`);
+  });
   page.on("pageerror", (error) => fail(`script: ${error.message}`));
   page.on("request", (request) => {
     if (!/^(data|blob|file):/.test(request.url())) fail(`request: ${request.url()}`);
@@ -108,7 +116,12 @@ async function check(browser, file, scheme) {
   const { violations } = await page.evaluate(() => window.axe.run());
   for (const { id, impact, nodes } of violations) {
     if (impact === "serious" || impact === "critical") {
-      fail(`axe: ${id} (${impact}) ${nodes.slice(0, 3).map((n) => n.html.slice(0, 120)).join(" | ")}`);
+      fail(
+        `axe: ${id} (${impact}) ${nodes
+          .slice(0, 3)
+          .map((n) => n.html.slice(0, 120))
+          .join(" | ")}`,
+      );
     }
   }
   if (pictures) await photograph(page, join(pictures, `${basename(dirname(resolve(file)))}-${scheme}`));

@@ -19,6 +19,7 @@ mod horse_walk;
 mod interpolate;
 mod layers;
 mod loops;
+mod node_packages;
 mod report;
 mod resume;
 mod rig;

@@ -138,6 +138,9 @@ pub(super) struct Server {
     root: TempDir,
     child: Child,
     pub(super) address: String,
+    /// The token in the printed address.
+    pub(super) invitation: String,
+    /// What the browser has for it.
     pub(super) token: String,
 }
 
@@ -147,6 +150,28 @@ impl Server {
     }
 
     pub(super) fn with(arguments: &[&str]) -> Self {
+        Self::begin(arguments, true)
+    }
+
+    /// A server with a shot of the built-in horse, of which nothing has run.
+    pub(super) fn with_shot() -> Self {
+        let server = Self::start();
+        let shot = serde_json::json!({"shot": "shot", "from": "synthetic:gallop"});
+        server.post("/api/shots", &shot).expect(201);
+        server
+    }
+
+    /// Checks that the server answers.
+    pub(super) fn lives(&self) {
+        self.get("/api/session").expect(200);
+    }
+
+    /// A server whose printed address nobody has opened.
+    pub(super) fn untouched() -> Self {
+        Self::begin(&[], false)
+    }
+
+    fn begin(arguments: &[&str], enter: bool) -> Self {
         let root = tempfile::tempdir().unwrap();
         let mut child = Command::new(assert_cmd::cargo::cargo_bin("muybridge"))
             .args(["studio", "--no-browser"])
@@ -158,12 +183,31 @@ impl Server {
             .unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let (address, token) = line
+        let (address, invitation) = line
             .trim()
             .strip_prefix("http://")
             .and_then(|rest| rest.split_once("/?token="))
             .unwrap_or_else(|| panic!("no address: {line:?}"));
-        Self { root, child, address: address.to_owned(), token: token.to_owned() }
+        let mut server = Self {
+            root,
+            child,
+            address: address.to_owned(),
+            invitation: invitation.to_owned(),
+            token: String::new(),
+        };
+        if enter {
+            let entered = server.open(&server.invitation).expect(303);
+            let cookie = entered.header("set-cookie").unwrap();
+            let value = cookie.split(';').next().unwrap().split_once('=').unwrap().1;
+            server.token = value.to_owned();
+        }
+        server
+    }
+
+    /// Opens the address that carries an invitation, as a browser without cookies does.
+    pub(super) fn open(&self, invitation: &str) -> Answer {
+        let target = format!("/?token={invitation}");
+        self.call("GET", &target).without("X-Muybridge-Token").send()
     }
 
     pub(super) fn path(&self, inside: &str) -> PathBuf {

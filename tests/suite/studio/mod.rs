@@ -2,5 +2,6 @@
 
 mod client;
 mod files;
+mod hostile;
 mod safety;
 mod work;

@@ -9,18 +9,6 @@ use serde_json::{Value, json};
 use super::client::{Server, read_answer};
 use crate::gltf_fixture::Fixture;
 
-/// A server with a shot of which nothing has run.
-fn with_shot() -> Server {
-    let server = Server::start();
-    let shot = json!({"shot": "shot", "from": "synthetic:gallop"});
-    server.post("/api/shots", &shot).expect(201);
-    server
-}
-
-fn lives(server: &Server) {
-    server.get("/api/session").expect(200);
-}
-
 #[test]
 fn nobody_comes_in_without_the_token() {
     let server = Server::start();
@@ -34,35 +22,44 @@ fn nobody_comes_in_without_the_token() {
     let write = server.call("POST", "/api/shutdown").without("X-Muybridge-Token");
     write.send().expect(401);
     server.call("GET", "/?token=wrong").without("X-Muybridge-Token").send().expect(401);
-    lives(&server);
+    server.lives();
 }
 
 #[test]
-fn the_printed_address_opens_the_page_with_a_cookie_and_again_later() {
-    let server = Server::start();
-    for _ in 0..2 {
-        let target = format!("/?token={}", server.token);
-        let entered = server.call("GET", &target).without("X-Muybridge-Token").send().expect(303);
-        assert_eq!(entered.header("location"), Some("/"));
-        assert_eq!(entered.header("referrer-policy"), Some("no-referrer"));
-        let cookie = entered.header("set-cookie").unwrap().to_owned();
-        assert!(cookie.contains("HttpOnly") && cookie.contains("SameSite=Strict"), "{cookie}");
-        let cookie = cookie.split(';').next().unwrap();
-        let page =
-            server.call("GET", "/").without("X-Muybridge-Token").header("Cookie", cookie).send();
-        let page = page.expect(200);
-        assert!(page.header("content-type").unwrap().starts_with("text/html"));
-        let policy = page.header("content-security-policy").unwrap();
-        for part in [
-            "script-src 'self';",
-            "frame-ancestors 'none'",
-            "base-uri 'none'",
-            "form-action 'none'",
-        ] {
-            assert!(policy.contains(part), "{policy}");
-        }
-        assert!(!policy.contains("unsafe"), "{policy}");
+fn the_printed_address_opens_the_page_once() {
+    let server = Server::untouched();
+    let target = format!("/?token={}", server.invitation);
+    let entered = server.open(&server.invitation).expect(303);
+    assert_eq!(entered.header("location"), Some("/"));
+    assert_eq!(entered.header("referrer-policy"), Some("no-referrer"));
+    let cookie = entered.header("set-cookie").unwrap().to_owned();
+    assert!(cookie.contains("HttpOnly") && cookie.contains("SameSite=Strict"), "{cookie}");
+    assert!(!cookie.contains(&server.invitation), "{cookie}");
+    let cookie = cookie.split(';').next().unwrap();
+    let with_cookie = |method, target: &str| {
+        server.call(method, target).without("X-Muybridge-Token").header("Cookie", cookie)
+    };
+    let page = with_cookie("GET", "/").send().expect(200);
+    assert!(page.header("content-type").unwrap().starts_with("text/html"));
+    let policy = page.header("content-security-policy").unwrap();
+    for part in
+        ["script-src 'self';", "frame-ancestors 'none'", "base-uri 'none'", "form-action 'none'"]
+    {
+        assert!(policy.contains(part), "{policy}");
     }
+    assert!(!policy.contains("unsafe"), "{policy}");
+
+    // Whoever finds the address afterwards comes too late; the browser that has the cookie may reload.
+    server.open(&server.invitation).expect(401);
+    server.call("GET", "/").header("X-Muybridge-Token", &server.invitation).send().expect(401);
+    with_cookie("GET", &target).send().expect(303);
+
+    // Another browser needs an address of its own, which the page gives.
+    let given = with_cookie("POST", "/api/invitation").send().expect(201).json();
+    let other = given["url"].as_str().unwrap().split_once("?token=").unwrap().1.to_owned();
+    server.call("POST", "/api/invitation").send().expect(401);
+    server.open(&other).expect(303);
+    server.open(&other).expect(401);
 }
 
 #[test]
@@ -87,7 +84,7 @@ fn other_hosts_and_origins_are_refused() {
 
 #[test]
 fn writes_need_the_header_of_the_page() {
-    let server = with_shot();
+    let server = Server::with_shot();
     for (method, target) in [
         ("POST", "/api/run"),
         ("POST", "/api/shutdown"),
@@ -104,7 +101,7 @@ fn writes_need_the_header_of_the_page() {
 
 #[test]
 fn paths_cannot_leave_the_folder() {
-    let server = with_shot();
+    let server = Server::with_shot();
     for escape in
         ["..", "../..", "/etc", "shot/../..", "%2e%2e", "..%2f..", "%2Fetc%2Fpasswd", "..%5C.."]
     {
@@ -149,14 +146,14 @@ fn paths_cannot_leave_the_folder() {
     let change = json!({"version": version, "rig": "../rig.glb"});
     server.call("PATCH", "/api/shot?shot=shot").json(&change).send().expect(403);
     assert_eq!(server.shot("shot")["settings_version"], version);
-    lives(&server);
+    server.lives();
 }
 
 #[cfg(unix)]
 #[test]
 fn links_that_lead_out_are_not_followed() {
     use std::os::unix::fs::symlink;
-    let server = with_shot();
+    let server = Server::with_shot();
     let outside = tempfile::tempdir().unwrap();
     fs::write(outside.path().join("shot.toml"), "").unwrap();
     fs::write(outside.path().join("secret.png"), "secret").unwrap();
@@ -199,7 +196,7 @@ fn png(width: u32, height: u32) -> Vec<u8> {
 
 #[test]
 fn broken_pictures_are_refused_and_change_nothing() {
-    let server = with_shot();
+    let server = Server::with_shot();
     let state = server.shot("shot");
     let (width, height) =
         (state["width"].as_u64().unwrap() as u32, state["height"].as_u64().unwrap() as u32);
@@ -232,7 +229,7 @@ fn broken_pictures_are_refused_and_change_nothing() {
             assert_eq!(now, before, "{what}");
         }
     }
-    lives(&server);
+    server.lives();
 }
 
 /// A PNG of the right size whose compressed pixels go on for ever: 60 MB of zeros in 60 kB.
@@ -252,7 +249,7 @@ fn zip_bomb(width: u32, height: u32) -> Vec<u8> {
 
 #[test]
 fn requests_that_are_too_large_or_broken_are_refused() {
-    let server = with_shot();
+    let server = Server::with_shot();
     let large = format!("{{\"shot\": \"{}\"}}", "x".repeat(2 << 20));
     for target in ["/api/shots", "/api/run", "/api/cancel"] {
         server.call("POST", target).body(large.clone()).send().expect(413);
@@ -276,12 +273,12 @@ fn requests_that_are_too_large_or_broken_are_refused() {
     }
     server.get("/api/frame?shot=shot&frame=99999").expect(404);
     server.get("/api/frame?shot=shot&frame=18446744073709551615").expect(404);
-    lives(&server);
+    server.lives();
 }
 
 #[test]
 fn rigs_with_wild_indices_are_refused() {
-    let server = with_shot();
+    let server = Server::with_shot();
     let mut rigs: Vec<(String, Value)> = Vec::new();
     let good = Fixture::two_bones();
     for (pointer, wild) in [
@@ -319,7 +316,7 @@ fn rigs_with_wild_indices_are_refused() {
         let change = json!({"version": version, "rig": broken});
         server.call("PATCH", "/api/shot?shot=shot").json(&change).send().expect(422);
     }
-    lives(&server);
+    server.lives();
 }
 
 #[test]
@@ -340,7 +337,7 @@ fn a_rig_brings_only_its_own_files() {
     // Neither does a rig reach for files elsewhere: reading this one would never end.
     fs::write(server.path("rig/hostile.gltf"), rig.text("../../../../../../dev/zero")).unwrap();
     server.get("/api/rig/clips?path=rig/hostile.gltf").expect(403);
-    lives(&server);
+    server.lives();
 }
 
 #[test]
@@ -348,23 +345,23 @@ fn slow_and_silent_connections_do_not_keep_others_out() {
     let server = Server::start();
     let begun = Instant::now();
     let silent: Vec<_> = (0..63).map(|_| server.connect()).collect();
-    lives(&server);
+    server.lives();
     // With every place taken the next waits until the silent ones are sent away.
     let full = server.connect();
-    lives(&server);
+    server.lives();
     assert!(begun.elapsed() < Duration::from_secs(60));
     drop((silent, full));
     let mut broken = server.connect();
     broken.write_all(b"NONSENSE\r\n\r\n").unwrap();
     let answer = read_answer(broken);
     assert_eq!(answer.status, 400);
-    lives(&server);
+    server.lives();
 }
 
 #[test]
 fn listening_beyond_loopback_is_said_loudly() {
     let server = Server::with(&["--bind", "0.0.0.0"]);
-    lives(&server);
+    server.lives();
     assert!(server.end().contains("WARNING"));
     let quiet = Server::start();
     assert_eq!(quiet.end(), "");
