@@ -69,7 +69,7 @@ fn main() -> anyhow::Result<()> {
     );
     let phase = PhaseTable::of(gait);
     let wanted = KeySettings { keys: KEYS, ..KeySettings::default() };
-    let (chosen, _, _) = choose_by_phase(&phase, &wanted)?;
+    let chosen = choose_by_phase(&phase, &wanted, None)?.chosen;
     let animation = Animation { method: Method::Phase, ..Animation::default() };
     let coefficients = found.coefficients(true);
     let weights = interpolation_weights(

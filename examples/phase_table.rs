@@ -1,7 +1,6 @@
 //! The error table of the default method over the rigs, beside the floor and the methods of the
-//! paper: `cargo run --release --example phase_table -- DATA [--seed N] [--phase-only]`,
-//! DATA the folder that
-//! holds `rigs/`. With `--unsteady` each cell is compared with its steady value instead, for footage
+//! paper: `cargo run --release --example phase_table -- DATA [--seed N] [--phase-only] [--yaws 0,20]`,
+//! DATA the folder that holds `rigs/`. With `--unsteady` each cell is compared with its steady value instead, for footage
 //! whose speed drifts by 12 %, whose strides vary by 10 %, with 5 % of the masks broken, of 3.2 cycles
 //! only, at 15 frames a second, and of all of these. The gait is named symmetric or asymmetric, nothing else is told.
 
@@ -11,21 +10,12 @@ use std::path::Path;
 
 use muybridge::shot::Method;
 use muybridge::spectrum::Gait;
-use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
+use muybridge::validate::{Settings, Shooting, Validation, validate};
 
-/// File, clip, name, whether left and right do the same half a stride apart.
-const CLIPS: [(&str, &str, &str, bool); 10] = [
-    ("quaternius_horse.glb", "AnimalArmature|Walk", "horse Walk", true),
-    ("quaternius_alpaca.glb", "AnimalArmature|Walk", "alpaca Walk", true),
-    ("quaternius_husky.glb", "AnimalArmature|Walk", "husky Walk", true),
-    ("khronos_fox.glb", "Walk", "fox Walk", true),
-    ("quaternius_triceratops.glb", "Armature|Triceratops_Walk", "triceratops Walk", true),
-    ("quaternius_horse.glb", "AnimalArmature|Gallop", "horse Gallop", false),
-    ("quaternius_alpaca.glb", "AnimalArmature|Gallop", "alpaca Gallop", false),
-    ("quaternius_husky.glb", "AnimalArmature|Gallop", "husky Gallop", false),
-    ("khronos_fox.glb", "Run", "fox Run", false),
-    ("quaternius_triceratops.glb", "Armature|Triceratops_Run", "triceratops Run", false),
-];
+#[path = "common/mod.rs"]
+mod common;
+
+use common::{gaits_of_rigs, option, steady};
 
 const POSES: [usize; 3] = [4, 6, 8];
 
@@ -33,11 +23,13 @@ fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let data = arguments.first().map_or("../shared/data", String::as_str);
     let phase_only = arguments.iter().any(|a| a == "--phase-only");
-    let seed: u64 = arguments
-        .iter()
-        .position(|a| a == "--seed")
-        .and_then(|at| arguments.get(at + 1)?.parse().ok())
-        .unwrap_or(42);
+    let seed: u64 = option(&arguments, "--seed").map_or(Ok(42), str::parse)?;
+    let yaws_deg: Vec<f64> = option(&arguments, "--yaws")
+        .unwrap_or("0,20")
+        .split(',')
+        .map(str::parse)
+        .collect::<Result<_, _>>()?;
+    let data = Path::new(data);
     if arguments.iter().any(|a| a == "--unsteady") {
         return unsteady_table(data, seed);
     }
@@ -46,16 +38,18 @@ fn main() -> anyhow::Result<()> {
     let mut of_floor = Vec::new();
     let (mut ours, mut theirs) = (0.0, 0.0);
     let mut of_theirs = Vec::new();
-    for (file, clip, name, symmetric) in CLIPS {
-        for yaw_deg in [0.0_f64, 20.0] {
-            let subject = Subject::Rig {
-                file: Path::new(data).join("rigs").join(file),
-                clip: clip.to_owned(),
-            };
+    let (mut clips, mut right_strides, mut usable) = (0, 0, 0);
+    for known in gaits_of_rigs(data) {
+        let name = &known.name;
+        for &yaw_deg in &yaws_deg {
             let run = |method: Method, keys: &[usize], partners: bool| {
-                table(&subject, symmetric, steady(seed, yaw_deg), method, keys, partners)
+                table(&known, steady(seed, yaw_deg), method, keys, partners)
             };
             let phase = run(Method::Phase, &POSES, false)?;
+            let stride = phase.measured.as_ref().map_or(f64::NAN, |m| m.cycle_frames);
+            clips += 1;
+            right_strides += usize::from((stride / phase.frames_per_cycle - 1.0).abs() < 0.03);
+            usable += usize::from(phase.verdict == "usable");
             let rest = if phase_only {
                 None
             } else {
@@ -88,10 +82,15 @@ fn main() -> anyhow::Result<()> {
     }
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let worst = of_floor.iter().copied().fold(0.0, f64::max);
-    println!("\nof the floor: mean {:.3}, worst {worst:.3}", mean(&of_floor));
+    let over = of_floor.iter().filter(|r| **r > 1.08).count();
+    println!(
+        "\nOf the floor: mean {:.3}, worst {worst:.2}, {over} of {} cells over 1.08. The stride is right in {right_strides} of {clips} clips; usable: {usable}.",
+        mean(&of_floor),
+        of_floor.len()
+    );
     if !phase_only {
         println!(
-            "of the better of rbf and switching: {:.3} of its mean error, mean of the cells' shares {:.3}",
+            "Mean error over all cells {:.3} of that of the better of rbf and switching (mean of the cells' own shares {:.2}).",
             ours / theirs,
             mean(&of_theirs)
         );
@@ -99,32 +98,17 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-fn steady(seed: u64, yaw_deg: f64) -> Shooting {
-    Shooting {
-        frames: 100,
-        frames_per_cycle: 24.3,
-        yaw_rad: yaw_deg.to_radians(),
-        noise: 0.15,
-        seed,
-        size_px: (320, 240),
-        unsteady: Unsteady::default(),
-    }
-}
-
-fn unsteady_table(data: &str, seed: u64) -> anyhow::Result<()> {
+fn unsteady_table(data: &Path, seed: u64) -> anyhow::Result<()> {
     println!("| clip | yaw | poses | steady | drift | strides | masks | short | 15 fps | all |");
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut worst = [0.0_f64; 6];
-    for (file, clip, name, symmetric) in CLIPS {
+    for known in gaits_of_rigs(data) {
+        let name = &known.name;
         for yaw_deg in [0.0_f64, 20.0] {
-            let subject = Subject::Rig {
-                file: Path::new(data).join("rigs").join(file),
-                clip: clip.to_owned(),
-            };
             let shootings = [0, 1, 2, 3, 4, 5, 6].map(|kind| unsteady(seed, yaw_deg, kind));
             let tables = shootings
                 .into_iter()
-                .map(|s| table(&subject, symmetric, s, Method::Phase, &POSES, false))
+                .map(|s| table(&known, s, Method::Phase, &POSES, false))
                 .collect::<anyhow::Result<Vec<_>>>()?;
             for (at, poses) in POSES.into_iter().enumerate() {
                 let errors: Vec<f64> =
@@ -139,7 +123,10 @@ fn unsteady_table(data: &str, seed: u64) -> anyhow::Result<()> {
             }
         }
     }
-    println!("\nworst over its steady value: {worst:.2?}");
+    let names = ["drift", "strides", "masks", "short", "15 fps", "all"];
+    let list: Vec<String> =
+        names.iter().zip(&worst).map(|(name, worst)| format!("{name} {worst:.2}")).collect();
+    println!("\nWorst over its steady value: {}.", list.join(", "));
     Ok(())
 }
 
@@ -167,20 +154,19 @@ fn unsteady(seed: u64, yaw_deg: f64, kind: usize) -> Shooting {
 }
 
 fn table(
-    subject: &Subject,
-    symmetric: bool,
+    known: &common::Known,
     shooting: Shooting,
     method: Method,
     keys: &[usize],
     partners: bool,
 ) -> anyhow::Result<Validation> {
     let settings = Settings {
-        subject: subject.clone(),
+        subject: known.subject.clone(),
         shooting,
         keys: keys.to_vec(),
         components: vec![2],
         partners,
-        gait: if symmetric { Gait::Symmetric } else { Gait::Asymmetric },
+        gait: if known.symmetric == Some(true) { Gait::Symmetric } else { Gait::Asymmetric },
         method,
         band_pass: true,
         time_limit_s: 5.0,

@@ -20,6 +20,7 @@
 //! exponentially with the number of keys; memory grows with the square of the number of frames.
 //! On a single component conditions are large and bounds weak: 8 of 100 take minutes.
 
+mod budget;
 mod condition;
 mod cycle;
 mod factor;
@@ -44,8 +45,9 @@ use crate::{Error, Result};
 
 use problem::Problem;
 
+pub use budget::{BudgetLine, ExpectedDegrees, pose_budget};
 pub use cycle::cycle_order;
-pub use on_phase::{PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys_on_phase, pose_budget};
+pub use on_phase::{PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys_on_phase};
 pub use partners::{Partner, PartnerSettings, propose_partners};
 
 /// The largest number of keys that can be asked for.

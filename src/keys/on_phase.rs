@@ -102,23 +102,8 @@ pub fn choose_keys_on_phase(
     Ok(PhaseKeys { frames: chosen, expected_error_share: cost.max(0.0).sqrt() })
 }
 
-/// The expected error with each number of keys that can be had, from `counts`: what one more pose
-/// would gain. Numbers that the constraints do not allow are left out.
-///
-/// # Errors
-/// As [`choose_keys_on_phase`], except for numbers.
-pub fn pose_budget(
-    frames: PhasedFrames<'_>,
-    settings: &PhaseKeySettings,
-    counts: std::ops::RangeInclusive<usize>,
-) -> Result<Vec<(usize, f64)>> {
-    let most = (*counts.end()).max(settings.force.len());
-    let problem = Circle::new(frames, &PhaseKeySettings { keys: most, ..settings.clone() })?;
-    Ok(counts.filter_map(|keys| Some((keys, problem.shortest(keys)?.0.max(0.0).sqrt()))).collect())
-}
-
 /// The candidates in the order of their phase, and the cost of every gap between two of them.
-struct Circle {
+pub(super) struct Circle {
     frames: Vec<usize>,
     phases: Vec<f64>,
     forced: Vec<bool>,
@@ -128,7 +113,7 @@ struct Circle {
 }
 
 impl Circle {
-    fn new(frames: PhasedFrames<'_>, settings: &PhaseKeySettings) -> Result<Self> {
+    pub(super) fn new(frames: PhasedFrames<'_>, settings: &PhaseKeySettings) -> Result<Self> {
         let n = frames.cycles.len();
         if settings.keys == 0
             || settings.keys > super::MAX_KEYS
@@ -196,7 +181,7 @@ impl Circle {
     /// The cheapest round trip over `keys` candidates, with its cost. Every trip passes each forced
     /// candidate; without any, every candidate is tried as the first, as far as the second of the
     /// largest possible gaps goes.
-    fn shortest(&self, keys: usize) -> Option<(f64, Vec<usize>)> {
+    pub(super) fn shortest(&self, keys: usize) -> Option<(f64, Vec<usize>)> {
         let n = self.frames.len();
         if n < keys || keys == 0 || keys < self.forced.iter().filter(|f| **f).count() {
             return None;
@@ -511,8 +496,8 @@ mod tests {
         ] {
             assert!(choose_keys_on_phase(frames, &wrong).is_err());
         }
-        let budget = pose_budget(frames, &settings, 2..=12).unwrap();
+        let budget = super::super::pose_budget(frames, &settings, 2..=12, Some(0.2)).unwrap();
         assert_eq!(budget.len(), 11);
-        assert!(budget.windows(2).all(|w| w[1].1 <= w[0].1));
+        assert!(budget.windows(2).all(|w| w[1].expected_error_share <= w[0].expected_error_share));
     }
 }

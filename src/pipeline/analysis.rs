@@ -12,7 +12,7 @@ use crate::silhouette::{
     Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, flag_area_jumps,
     report_of_mask, windowed,
 };
-use crate::spectrum::{self, MaskCounts, SpectralAnalysis, StrideBasis};
+use crate::spectrum::{self, CycleFindings, MaskCounts, SpectralAnalysis, StrideBasis};
 
 /// What of slow changes is removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +55,14 @@ impl MaskAnalysis {
     #[must_use]
     pub fn analysed_masks(&self) -> Vec<&Mask> {
         self.windows.masks.iter().zip(&self.used).filter(|(_, u)| **u).map(|(m, _)| m).collect()
+    }
+
+    /// How far the outline moves in the gait: variance of the pixels that the cycle explains
+    /// (pixels²) over the mean area of the silhouettes (pixels). Walks of the rigs have .08 to .17,
+    /// gallops and runs .13 to .23. `None` without a phase.
+    #[must_use]
+    pub fn sweep(&self) -> Option<f64> {
+        sweep(self.gait.as_ref()?, &self.pca, &self.analysed_masks())
     }
 
     /// The scores that keys and interpolation use.
@@ -132,11 +140,13 @@ pub(super) fn analyse_usable(
             None => StrideBasis::SubharmonicSeen,
         };
         spectral.rhythm = spectral.rhythm.with_stride(frames, basis);
-        spectral.diagnosis = spectral.diagnosis.with_cycle(
-            gait.explained_share,
-            seen.span() as f64 / gait.stride_frames(),
-            gait.stride.contradicts_gait,
-        );
+        spectral.diagnosis = spectral.diagnosis.with_cycle(CycleFindings {
+            explained_share: gait.explained_share,
+            strides: seen.span() as f64 / gait.stride_frames(),
+            repeat_frames: gait.repeat_frames,
+            sweep: sweep(gait, &pca, &good),
+            contradicts_gait: gait.stride.contradicts_gait,
+        });
     }
     let scores = bridged(&pca.scores, &used);
     Ok(MaskAnalysis { windows, used, pca, drift, scores, spectral, gait })
@@ -160,6 +170,13 @@ impl Seen {
     fn span(&self) -> usize {
         self.times.last().map_or(0, |t| t + 1)
     }
+}
+
+/// Variance of the pixels that the cycle explains over the mean area of the analysed masks.
+fn sweep(gait: &GaitPhase, pca: &ImagePca, masks: &[&Mask]) -> Option<f64> {
+    let share: f64 = (1..=gait.cycle.order()).map(|h| gait.cycle.power(h)).sum();
+    let area = masks.iter().map(|m| m.area() as f64).sum::<f64>() / masks.len().max(1) as f64;
+    (area > 0.0).then(|| pca.total_variance * share / area)
 }
 
 /// The gait phase, where the clip is long enough for one.

@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::interpolate::{self, KernelSettings, Switching, Weights};
 use crate::keys::{
-    KeyChoice, KeySettings, Partner, PartnerSettings, PhaseKeySettings, PhaseKeys, PhasedFrames,
-    choose_keys, choose_keys_on_phase, pose_budget, propose_partners,
+    ExpectedDegrees, KeyChoice, KeySettings, Partner, PartnerSettings, PhaseKeySettings, PhaseKeys,
+    PhasedFrames, choose_keys, choose_keys_on_phase, pose_budget, propose_partners,
 };
 use crate::numeric::Coefficients;
 use crate::shot;
@@ -121,27 +121,40 @@ fn phase_settings(wanted: &KeySettings) -> PhaseKeySettings {
     }
 }
 
+/// Keys for the interpolation over the gait phase, and what to expect of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeysOnPhase {
+    /// The keys.
+    pub chosen: PhaseKeys,
+    /// The mean error to expect, degrees.
+    pub expected_error_deg: Option<ExpectedDegrees>,
+    /// The same for other numbers of keys.
+    pub budget: Vec<shot::BudgetLine>,
+    /// The frame that one more key beside these would take.
+    pub next_frame: Option<usize>,
+}
+
 /// Keys for the interpolation over the gait phase, with the errors to expect of 2 to 12 keys and
-/// the frame that one more key beside these would take.
+/// the frame that one more key beside these would take. `sweep` is [`MaskAnalysis::sweep`](super::MaskAnalysis::sweep); errors
+/// are given in degrees where it is known.
 ///
 /// # Errors
 /// As [`choose_keys_on_phase`].
 pub fn choose_by_phase(
     phase: &shot::PhaseTable,
     wanted: &KeySettings,
-) -> Result<(PhaseKeys, Vec<shot::BudgetLine>, Option<usize>)> {
+    sweep: Option<f64>,
+) -> Result<KeysOnPhase> {
     let (frames, settings) = (phased_frames(phase), phase_settings(wanted));
     let chosen = choose_keys_on_phase(frames, &settings)?;
-    let budget = pose_budget(frames, &settings, BUDGET)?
-        .into_iter()
-        .map(|(keys, expected_error_share)| shot::BudgetLine { keys, expected_error_share })
-        .collect();
+    let budget = pose_budget(frames, &settings, BUDGET, sweep)?;
     let one_more =
         PhaseKeySettings { keys: wanted.keys + 1, force: chosen.frames.clone(), ..settings };
     let next = choose_keys_on_phase(frames, &one_more)
         .ok()
         .and_then(|keys| keys.frames.into_iter().find(|f| !chosen.frames.contains(f)));
-    Ok((chosen, budget, next))
+    let expected_error_deg = sweep.map(|s| ExpectedDegrees::of(chosen.expected_error_share, s));
+    Ok(KeysOnPhase { chosen, expected_error_deg, budget, next_frame: next })
 }
 
 /// Numbers of keys in the pose budget.

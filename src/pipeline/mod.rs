@@ -23,7 +23,7 @@ mod timing;
 pub use analysis::{MaskAnalysis, Trends, analyse_masks};
 pub use animate::{AnimationResult, animate};
 pub use choose::{
-    Chosen, KeyRequest, choose, choose_by_phase, interpolation_weights, keys_by_phase,
+    Chosen, KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, keys_by_phase,
     resolved_method, time_order,
 };
 pub use demo::{demo, pose_from_truth};

@@ -1,7 +1,9 @@
 //! The stages between masks and poses.
 
 use super::analysis::{MaskAnalysis, Trends, Usable, analyse_usable};
-use super::choose::{KeyRequest, choose, choose_by_phase, interpolation_weights, resolved_method};
+use super::choose::{
+    KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, resolved_method,
+};
 use super::segment::segment;
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
@@ -142,6 +144,7 @@ fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
             odd_over_noise: g.stride.odd_over_noise,
             contradicts_gait: g.stride.contradicts_gait,
             explained_share: g.explained_share,
+            sweep: found.sweep(),
         }),
         stride_candidates_hz: [rhythm.step_hz / 2.0, rhythm.step_hz],
         half_amplitude_hz: spectral.peak.fb_hz,
@@ -195,7 +198,7 @@ pub fn keys(shot: &Shot, options: Options) -> Result<KeysResult> {
     let reads = keys_reads(shot)?;
     let mut outcome = Outcome { ran: false, kept: shot.edited_files(Stage::Keys)? };
     if options.force || shot.freshness(Stage::Keys, &reads) == Freshness::Stale {
-        let stored = chosen_keys(shot, &projections, analyzed.diagnosis.step_frames, options)?;
+        let stored = chosen_keys(shot, &projections, &analyzed.diagnosis, options)?;
         let mut writer = shot.begin(Stage::Keys, reads, options.force)?;
         writer.put(paths::KEYS, &json(&stored)?)?;
         outcome = Outcome { ran: true, kept: writer.commit()?.kept };
@@ -235,21 +238,24 @@ fn phase_reads(shot: &Shot) -> Result<Reads> {
 fn chosen_keys(
     shot: &Shot,
     projections: &Projections,
-    step_frames: f64,
+    diagnosis: &StoredDiagnosis,
     options: Options,
 ) -> Result<StoredKeys> {
-    let request = key_request(shot, projections, step_frames);
+    let request = key_request(shot, projections, diagnosis.step_frames);
     let coefficients = used_coefficients(shot, projections);
     let phase = shot.phase(projections.used.len())?;
     let method =
         resolved_method(shot.settings.animation.method, request.partners, phase.is_some())?;
     if let (Method::Phase, Some(phase)) = (method, &phase) {
-        let (chosen, budget, next_frame) = choose_by_phase(phase, &request.keys)?;
+        let sweep = diagnosis.stride.as_ref().and_then(|s| s.sweep);
+        let KeysOnPhase { chosen, expected_error_deg, budget, next_frame } =
+            choose_by_phase(phase, &request.keys, sweep)?;
         return Ok(StoredKeys {
             method: "phase".to_owned(),
             keys: key_images(&chosen.frames, &[], shot.fps()),
             components: coefficients.components(),
             expected_error_share: Some(chosen.expected_error_share),
+            expected_error_deg,
             budget,
             next_frame,
             condition: None,
@@ -266,6 +272,7 @@ fn chosen_keys(
         keys: key_images(&chosen.choice.frames, &chosen.partner_frames(), shot.fps()),
         components: coefficients.components(),
         expected_error_share: None,
+        expected_error_deg: None,
         budget: Vec::new(),
         next_frame: None,
         condition: Some(chosen.choice.condition),

@@ -30,9 +30,9 @@ pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
-    BudgetLine, KeyImage, StoredAnimation, StoredComponent, StoredContact, StoredDiagnosis,
-    StoredDrift, StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPlanting, StoredStride,
-    StoredTrend,
+    BudgetLine, ExpectedDegrees, KeyImage, StoredAnimation, StoredComponent, StoredContact,
+    StoredDiagnosis, StoredDrift, StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPlanting,
+    StoredStride, StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 

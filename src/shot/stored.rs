@@ -10,6 +10,7 @@ use super::{Projections, Shot, paths};
 use crate::error::{Error, Result};
 use crate::feet::Limb;
 use crate::interpolate::Seam;
+pub use crate::keys::{BudgetLine, ExpectedDegrees};
 
 /// `analysis/diagnosis.json`, which is also what `analyze --json` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -96,6 +97,9 @@ pub struct StoredStride {
     pub contradicts_gait: bool,
     /// Share of the variance that one stride, repeated, explains.
     pub explained_share: f64,
+    /// Variance of the pixels that it explains over the animal's area: how far the outline moves.
+    #[serde(default)]
+    pub sweep: Option<f64>,
 }
 
 /// The trend of scale in `diagnosis.json`.
@@ -120,6 +124,9 @@ pub struct StoredKeys {
     /// its mean pose.
     #[serde(default)]
     pub expected_error_share: Option<f64>,
+    /// By phase: the same in degrees, mean over frames and joints; null where no cycle was measured.
+    #[serde(default)]
+    pub expected_error_deg: Option<ExpectedDegrees>,
     /// By phase: the same for other numbers of keys.
     #[serde(default)]
     pub budget: Vec<BudgetLine>,
@@ -132,15 +139,6 @@ pub struct StoredKeys {
     pub proven_optimal: bool,
     /// By condition number: no set has a smaller one than this.
     pub lower_bound: Option<f64>,
-}
-
-/// One line of the pose budget in `keys.json`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BudgetLine {
-    /// Number of keys.
-    pub keys: usize,
-    /// The error expected with them.
-    pub expected_error_share: f64,
 }
 
 /// One key in `keys.json`.

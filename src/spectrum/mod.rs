@@ -1,13 +1,15 @@
 //! Does the clip carry a usable gait? The spectra of the components, the band about the peak of
 //! the first, and the verdict (seed 003, section 5.2).
 
+mod advice;
 mod diagnosis;
 mod peak;
 mod stride;
 
 use serde::{Deserialize, Serialize};
 
-pub use diagnosis::{Advice, Diagnosis, MaskCounts, Reason, Verdict};
+pub use advice::Advice;
+pub use diagnosis::{CycleFindings, Diagnosis, MaskCounts, Reason, Verdict};
 pub use peak::{Peak, Spectrum};
 pub use stride::{Gait, Rhythm, StrideBasis};
 

@@ -3,6 +3,7 @@
 
 mod floor;
 mod measure;
+mod measured;
 mod subject;
 mod tables;
 mod unsteady;
@@ -14,12 +15,13 @@ use serde::Serialize;
 
 pub use floor::floor_error;
 pub use measure::{AngleError, geodesic_error, in_plane_error, rotating_joints};
+pub use measured::Measured;
 pub use subject::{Shooting, Subject, Truth, in_plane_angles};
 pub use unsteady::Unsteady;
 
 use crate::error::{Error, Result};
 use crate::interpolate::blend;
-use crate::keys::KeySettings;
+use crate::keys::{ExpectedDegrees, KeySettings};
 use crate::numeric::Coefficients;
 use crate::pipeline::{
     KeyRequest, Trends, analyse_masks, choose, interpolation_weights, keys_by_phase,
@@ -78,6 +80,8 @@ pub struct Cell {
     pub condition: Option<f64>,
     /// Expected error as a share of the motion, of keys chosen by phase.
     pub expected_error_share: Option<f64>,
+    /// The same in degrees, the middle of what can be expected.
+    pub expected_error_deg: Option<f64>,
     /// Whether no better set of keys exists.
     pub proven_optimal: bool,
 }
@@ -122,6 +126,8 @@ pub struct Validation {
     pub reasons: Vec<String>,
     /// Frames from one repeat of the silhouette to the next, as measured.
     pub step_frames: f64,
+    /// The gait as measured, beside the truth; `None` where no phase could be.
+    pub measured: Option<Measured>,
     /// Number of joints compared.
     pub joints: usize,
     /// Error of the mean pose.
@@ -173,6 +179,7 @@ pub fn validate(
                 truth: &truth,
                 coefficients: &leading,
                 phase: phase.as_ref(),
+                sweep: analysis.sweep(),
                 joints: &joints,
                 step_frames,
             };
@@ -211,6 +218,7 @@ pub fn validate(
         verdict: diagnosis.verdict.to_string(),
         reasons: diagnosis.reasons.iter().map(ToString::to_string).collect(),
         step_frames,
+        measured: Measured::of(&analysis, &truth.phases_cycles),
         joints: joints.len(),
         mean_pose: geodesic_error(&truth.poses, &mean, &joints),
         mean_pose_in_plane: truth
@@ -248,6 +256,7 @@ struct Scene<'a> {
     truth: &'a Truth,
     coefficients: &'a Coefficients,
     phase: Option<&'a PhaseTable>,
+    sweep: Option<f64>,
     joints: &'a [usize],
     step_frames: f64,
 }
@@ -257,6 +266,7 @@ struct Run {
     posed: Vec<usize>,
     condition: Option<f64>,
     expected_error_share: Option<f64>,
+    expected_error_deg: Option<f64>,
     proven_optimal: bool,
     poses: Vec<Pose>,
 }
@@ -282,6 +292,7 @@ impl Scene<'_> {
             posed_frames: found.posed,
             condition: found.condition,
             expected_error_share: found.expected_error_share,
+            expected_error_deg: found.expected_error_deg,
             proven_optimal: found.proven_optimal,
         })
     }
@@ -296,10 +307,12 @@ impl Scene<'_> {
         let mut run = match (method, self.phase) {
             (Method::Phase, Some(phase)) => {
                 let chosen = keys_by_phase(phase, &wanted)?;
+                let share = chosen.expected_error_share;
                 Run {
                     posed: chosen.frames,
                     condition: None,
-                    expected_error_share: Some(chosen.expected_error_share),
+                    expected_error_share: Some(share),
+                    expected_error_deg: self.sweep.map(|s| ExpectedDegrees::of(share, s).likely),
                     proven_optimal: true,
                     poses: Vec::new(),
                 }
@@ -318,6 +331,7 @@ impl Scene<'_> {
                     posed,
                     condition: Some(chosen.choice.condition),
                     expected_error_share: None,
+                    expected_error_deg: None,
                     proven_optimal: chosen.choice.proven_optimal,
                     poses: Vec::new(),
                 }

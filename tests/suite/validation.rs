@@ -185,3 +185,57 @@ fn steps_and_strides_are_never_confused() {
         }
     }
 }
+
+/// The verdict and the error over that of the mean pose, of the built-in walk with eight keys.
+fn judged(change: impl Fn(&mut Shooting)) -> (String, f64) {
+    let mut shooting = shooting(20.0);
+    change(&mut shooting);
+    let settings = Settings {
+        subject: Subject::Horse(Gait::Walk),
+        shooting,
+        keys: vec![8],
+        components: vec![2],
+        partners: false,
+        gait: spectrum::Gait::Symmetric,
+        method: Method::Auto,
+        band_pass: true,
+        time_limit_s: 5.0,
+    };
+    let found = validate(&settings, &|_, _| true).unwrap();
+    let share = error_deg(&found) / found.mean_pose.mean_deg;
+    (found.verdict, share)
+}
+
+#[test]
+fn the_verdict_foretells_the_error() {
+    for (what, (verdict, share)) in [
+        ("two strides", judged(|s| s.frames = 49)),
+        ("a third of the masks broken", judged(|s| s.unsteady.broken_masks = 0.3)),
+        ("uneven strides", judged(|s| s.unsteady.stride_variation = 0.3)),
+    ] {
+        assert_eq!(verdict, "usable", "{what}");
+        assert!(share < 0.2, "{what}: {share}");
+    }
+    // A step of 1.7 frames looks like one of 2.4.
+    let (verdict, share) = judged(|s| s.frames_per_cycle = 3.4);
+    assert_eq!(verdict, "unusable");
+    assert!(share > 0.5, "{share}");
+}
+
+#[test]
+fn the_expected_degrees_rank_the_errors() {
+    let counts: Vec<usize> = (2..=12).collect();
+    let subject = Subject::Horse(Gait::Trot);
+    let found = run_by(Method::Phase, subject, spectrum::Gait::Symmetric, 20.0, &counts);
+    let cells = found
+        .rows
+        .iter()
+        .map(|r| (r.cells[0].expected_error_deg.unwrap(), r.cells[0].error.mean_deg));
+    for (expected, truth) in cells.clone() {
+        // One standard deviation of the calibration is a factor of 1.54.
+        assert!((truth / expected).ln().abs() < 2.0 * 1.54_f64.ln(), "{expected} {truth}");
+    }
+    let pairs: Vec<(f64, f64)> = cells.collect();
+    let inversions = pairs.windows(2).filter(|w| (w[1].0 < w[0].0) != (w[1].1 < w[0].1)).count();
+    assert!(inversions <= 1, "{pairs:?}");
+}

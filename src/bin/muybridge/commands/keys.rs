@@ -1,6 +1,6 @@
 //! `muybridge keys`.
 
-use muybridge::shot::{Shot, StoredKeys, paths};
+use muybridge::shot::{ExpectedDegrees, Shot, StoredKeys, paths};
 use muybridge::work;
 
 use super::{open, options, shown};
@@ -59,16 +59,19 @@ pub(crate) fn text(keys: &StoredKeys, shot: &Shot) -> String {
         text.push_str(&format!("{:<4} {:<6} {:.3} s{partner}\n", key.key, key.frame, key.time_s));
     }
     if let Some(share) = keys.expected_error_share {
+        let degrees = keys.expected_error_deg.map(|d| format!(", about {}", range(d)));
         text.push_str(&format!(
-            "expected error {:.0} % of the motion (no other set is better)\n",
-            100.0 * share
+            "expected error {:.0} % of the motion{} (no other set is better)\n",
+            100.0 * share,
+            degrees.unwrap_or_default()
         ));
-        let lines: Vec<String> = keys
-            .budget
-            .iter()
-            .map(|b| format!("{} keys {:.0} %", b.keys, 100.0 * b.expected_error_share))
-            .collect();
-        text.push_str(&format!("with {}\n", lines.join(", ")));
+        text.push_str("keys  expected error\n");
+        for line in &keys.budget {
+            let degrees = line.expected_error_deg.map(range).unwrap_or_default();
+            let share = format!("{:.0} %", 100.0 * line.expected_error_share);
+            text.push_str(format!("{:<5} {share:<6} {degrees}", line.keys).trim_end());
+            text.push('\n');
+        }
     }
     if let Some(frame) = keys.next_frame {
         text.push_str(&format!("to pose one frame more beside these: frame {frame}\n"));
@@ -83,4 +86,9 @@ pub(crate) fn text(keys: &StoredKeys, shot: &Shot) -> String {
     }
     text.push_str(&format!("pose these: {}\n", shown(&shot.path(paths::CONTACT_SHEET))));
     text
+}
+
+/// "1.2° (0.8 to 1.9)".
+fn range(expected: ExpectedDegrees) -> String {
+    format!("{:.1}° ({:.1} to {:.1})", expected.likely, expected.low, expected.high)
 }
