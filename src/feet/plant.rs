@@ -11,7 +11,11 @@ use crate::rig::{Clip, Skeleton, rotation_vector};
 /// its contact is shortened to the frames in which it can. Half of what may slide.
 const LEAVES_AT: f64 = 0.004;
 
-/// Longest blend in and out of a contact, seconds: about the swing of a walking horse's foot, halved.
+/// Longest swing over which what a foot was moved by goes straight from one contact to the next, seconds: a little
+/// more than that of a walking horse's foot.
+const LONGEST_SWING_S: f64 = 0.8;
+
+/// Longest blend in and out of a contact whose swing is longer, or that has none on one side, seconds.
 const LONGEST_BLEND_S: f64 = 0.25;
 
 /// A foot is not held where that would move it by more than this share of its leg: its contact is shortened.
@@ -38,8 +42,8 @@ pub struct Planted {
 }
 
 /// Plants the feet of a clip in place: during each contact the sole moves with the ground, that is by
-/// −speed · forward, from where it was on average; between contacts what it was moved by fades out and in
-/// with continuous speed. The leg follows by inverse kinematics, the foot keeps its direction in space.
+/// −speed · forward, from where it was on average; over the swing what it was moved by goes from one contact's to the
+/// next one's with continuous speed and as little acceleration as can be (over a long swing it fades out and in). The leg follows by inverse kinematics, the foot keeps its direction in space.
 ///
 /// Of a loop the last pose stays the first.
 ///
@@ -147,41 +151,55 @@ fn shifts(
     if held.is_empty() {
         return vec![Vector3::zeros(); n];
     }
-    let longest = (LONGEST_BLEND_S * fps).max(2.0);
-    (0..n)
-        .map(|t| {
-            if let Some(shift) = fixed[t] {
-                return shift;
-            }
-            let back = (1..=n).find(|d| {
-                wrapped(t, *d, n, falls.looped, false).is_some_and(|s| fixed[s].is_some())
-            });
-            let ahead = (1..=n).find(|d| {
-                wrapped(t, *d, n, falls.looped, true).is_some_and(|s| fixed[s].is_some())
-            });
-            // Each contact fades over its half of the swing.
-            let half = match (back, ahead) {
-                (Some(b), Some(a)) => ((a + b) as f64 / 2.0).min(longest),
-                _ => longest,
-            };
-            let fade = |steps: Option<usize>, forwards: bool| {
-                let Some(d) = steps else { return Vector3::zeros() };
-                let Some(edge) = wrapped(t, d, n, falls.looped, forwards) else {
-                    return Vector3::zeros();
-                };
-                let inner = wrapped(edge, 1, n, falls.looped, forwards).and_then(|s| fixed[s]);
-                let value = fixed[edge].unwrap_or_default();
-                let slope = inner.map_or_else(Vector3::zeros, |i| value - i);
-                let u = d as f64 / half;
-                if u >= 1.0 {
-                    return Vector3::zeros();
-                }
-                // Cubic Hermite from (value, slope) to (0, 0).
-                value * (1.0 - u * u * (3.0 - 2.0 * u)) + slope * (half * u * (1.0 - u) * (1.0 - u))
-            };
-            fade(back, false) + fade(ahead, true)
+    (0..n).map(|t| fixed[t].unwrap_or_else(|| in_swing(t, &fixed, falls.looped, fps))).collect()
+}
+
+/// What a sole is moved by in frame `t` of a swing, between the frames of contacts, whose shifts are `fixed`.
+fn in_swing(t: usize, fixed: &[Option<Vector3<f64>>], looped: bool, fps: f64) -> Vector3<f64> {
+    let n = fixed.len();
+    let step = |from: usize, frames: usize, ahead: bool| wrapped(from, frames, n, looped, ahead);
+    // The nearest frame on the ground, how far it is, and what the shift does there a frame, away from the swing.
+    let edge = |ahead: bool| {
+        let found =
+            (1..=n).find_map(|d| Some((d, step(t, d, ahead)?)).filter(|e| fixed[e.1].is_some()));
+        found.map(|(distance, frame)| {
+            let value = fixed[frame].unwrap_or_default();
+            let inner = step(frame, 1, ahead).and_then(|s| fixed[s]);
+            (distance as f64, value, inner.map_or_else(Vector3::zeros, |i| value - i))
         })
-        .collect()
+    };
+    let (back, ahead) = (edge(false), edge(true));
+    if let (Some((b, from, leaving)), Some((a, to, arriving))) = (back, ahead)
+        && a + b <= LONGEST_SWING_S * fps
+    {
+        return crossing((from, leaving), (to, -arriving), b, a + b);
+    }
+    // Each contact fades over its half of the swing.
+    let longest = (LONGEST_BLEND_S * fps).max(2.0);
+    let half = back.zip(ahead).map_or(longest, |(b, a)| ((a.0 + b.0) / 2.0).min(longest));
+    let zero = (Vector3::zeros(), Vector3::zeros());
+    let fade = |edge: Option<(f64, Vector3<f64>, Vector3<f64>)>| match edge {
+        Some((distance, value, slope)) if distance < half => {
+            crossing((value, slope), zero, distance, half)
+        }
+        _ => Vector3::zeros(),
+    };
+    fade(back) + fade(ahead)
+}
+
+/// What a foot is moved by, `at` frames into a swing of `length`: of all ways from one value and slope (a frame) to
+/// the other the cubic has the smallest mean square acceleration.
+fn crossing(
+    (from, leaving): (Vector3<f64>, Vector3<f64>),
+    (to, arriving): (Vector3<f64>, Vector3<f64>),
+    at: f64,
+    length: f64,
+) -> Vector3<f64> {
+    let u = at / length;
+    let v = 1.0 - u;
+    from * (v * v * (1.0 + 2.0 * u))
+        + to * (u * u * (1.0 + 2.0 * v))
+        + (leaving * (u * v * v) - arriving * (u * u * v)) * length
 }
 
 /// The frame `steps` after (or before) a frame; `None` behind the ends of a clip that is no loop.

@@ -26,6 +26,7 @@ mod factor;
 mod graph;
 mod incumbent;
 mod node;
+mod on_drift;
 mod on_phase;
 mod partners;
 mod problem;
@@ -45,6 +46,7 @@ use crate::{Error, Result};
 use problem::Problem;
 
 pub use cycle::cycle_order;
+pub use on_drift::choose_keys_on_drift;
 pub use on_phase::{PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys_on_phase, pose_budget};
 pub use partners::{Partner, PartnerSettings, propose_partners};
 

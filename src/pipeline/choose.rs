@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::interpolate::{self, KernelSettings, Switching, Weights};
 use crate::keys::{
     KeyChoice, KeySettings, Partner, PartnerSettings, PhaseKeySettings, PhaseKeys, PhasedFrames,
-    choose_keys, choose_keys_on_phase, pose_budget, propose_partners,
+    choose_keys, choose_keys_on_drift, choose_keys_on_phase, pose_budget, propose_partners,
 };
 use crate::numeric::Coefficients;
 use crate::shot;
@@ -116,14 +116,27 @@ pub fn choose_by_phase(
         force: wanted.force.clone(),
         min_spacing_frames: wanted.min_spacing_frames,
     };
-    let chosen = choose_keys_on_phase(frames, &settings)?;
-    let budget = pose_budget(frames, &settings, BUDGET)?
+    let choose = |settings: &PhaseKeySettings| {
+        if phase.drifts() {
+            choose_keys_on_drift(frames, &phase.drift, settings)
+        } else {
+            choose_keys_on_phase(frames, settings)
+        }
+    };
+    let chosen = choose(&settings)?;
+    let budget = if phase.drifts() {
+        let with = |keys| choose(&PhaseKeySettings { keys, ..settings.clone() });
+        BUDGET.filter_map(|m| Some((m, with(m).ok()?.expected_error_share))).collect()
+    } else {
+        pose_budget(frames, &settings, BUDGET)?
+    };
+    let budget = budget
         .into_iter()
         .map(|(keys, expected_error_share)| shot::BudgetLine { keys, expected_error_share })
         .collect();
     let one_more =
         PhaseKeySettings { keys: wanted.keys + 1, force: chosen.frames.clone(), ..settings };
-    let next = choose_keys_on_phase(frames, &one_more)
+    let next = choose(&one_more)
         .ok()
         .and_then(|keys| keys.frames.into_iter().find(|f| !chosen.frames.contains(f)));
     Ok((chosen, budget, next))
@@ -131,6 +144,19 @@ pub fn choose_by_phase(
 
 /// Numbers of keys in the pose budget.
 const BUDGET: std::ops::RangeInclusive<usize> = 2..=12;
+
+/// The weights of poses at the given frames over the gait phase, and over the drift of the view where there is one. The
+/// drift's are those of the ridge, the phase's alone do without.
+///
+/// # Errors
+/// As [`interpolate::weights_over_phase`].
+pub fn phase_weights(phase: &shot::PhaseTable, poses: &[usize], ridge: f64) -> Result<Weights> {
+    if phase.drifts() {
+        interpolate::weights_over_drift(&phase.stride_cycles, &phase.drift, poses, ridge)
+    } else {
+        interpolate::weights_over_phase(&phase.stride_cycles, poses)
+    }
+}
 
 /// The weights of all poses: of the keys, or with switching of keys and partners. The method
 /// `auto` switches where there are partners, and goes by the gait phase (`stride_cycles`, one

@@ -31,7 +31,9 @@ export function result(main: HTMLElement, inspector: HTMLElement): () => void {
     if (!summary) return;
     const clip = summary.animation as string;
     const fps = (summary.fps as number) || store.opened.fps;
-    const seconds = store.frame / store.opened.fps / (summary.retime ?? 1);
+    // The animation is that of a segment of the clip; before it the first pose is held.
+    const since = Math.max(0, store.frame - (summary.first_frame ?? 0));
+    const seconds = since / store.opened.fps / (summary.retime ?? 1);
     // A loop is played over and over beside the footage.
     const duration = summary.loop ? (summary.loop.duration_s as number) : (summary.frames - 1) / fps;
     view.pose(clip, summary.loop ? seconds % duration : Math.min(seconds, duration));

@@ -18,10 +18,12 @@ mod horse_walk;
 mod interpolate;
 mod layers;
 mod loops;
+mod pan;
 mod report;
 mod resume;
 mod rig;
 mod samples;
+mod segments;
 mod shot_folder;
 mod silhouette;
 #[cfg(feature = "studio")]
