@@ -1,15 +1,18 @@
 //! Poses in which a foot that is down stays where it is.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix4, Point3, UnitQuaternion, Vector3};
 
 use super::contacts::{Contact, Footfalls};
 use super::find::{Foot, foot_tracks};
-use super::ik::{orthonormal, reach};
-use crate::rig::{Clip, Skeleton, rotation_vector};
+use super::ik::{orthonormal, reach_bending};
+use crate::rig::{Clip, Pose, Skeleton, rotation_vector};
 
 /// A foot that a leg cannot bring nearer to its place than this share of the leg's length is not held:
 /// its contact is shortened to the frames in which it can. Half of what may slide.
 const LEAVES_AT: f64 = 0.004;
+
+/// … and not where that would lift or lower it by more than this: it is still coming down, or already leaves.
+const FARTHEST_RISE: f64 = 0.04;
 
 /// Longest swing over which what a foot was moved by goes straight from one contact to the next, seconds: a little
 /// more than that of a walking horse's foot.
@@ -56,13 +59,7 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     let tracks = foot_tracks(skeleton, &before.poses, feet);
     let mut largest_shift: f64 = 0.0;
     for (at, foot) in feet.iter().enumerate() {
-        near(
-            &mut contacts[at],
-            &tracks[at].soles,
-            falls,
-            clip.fps,
-            FARTHEST_SHIFT * foot.leg_length,
-        );
+        near(&mut contacts[at], &tracks[at].soles, falls, clip.fps, foot.leg_length);
         // A contact that loses frames changes the blends about it: once more with what is left.
         for round in 0..3 {
             let shifts = shifts(&tracks[at].soles, &contacts[at], falls, clip.fps);
@@ -94,18 +91,22 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     }
 }
 
-/// Shortens contacts until no frame of them is farther than `limit` from where it would be held. The end
-/// that is farther goes first, since the place is the mean of what is left.
-fn near(contacts: &mut [Contact], track: &[Point3<f64>], falls: &Footfalls, fps: f64, limit: f64) {
+/// Shortens contacts until no frame of them is too far from where it would be held. The end that is farther goes
+/// first, since the place is the mean of what is left.
+fn near(contacts: &mut [Contact], track: &[Point3<f64>], falls: &Footfalls, fps: f64, leg: f64) {
     let ground = falls.forward * (-falls.speed / fps);
     for c in contacts {
         loop {
             let rides = |t: usize| track[t % falls.frames].coords - ground * t as f64;
             let count = (c.last - c.first + 1) as f64;
             let mean = (c.first..=c.last).map(rides).sum::<Vector3<f64>>() / count;
-            let off = |t: usize| (rides(t) - mean).norm();
+            // Shares of what is allowed.
+            let off = |t: usize| {
+                let away = (rides(t) - mean) / leg;
+                (away.norm() / FARTHEST_SHIFT).max(away.y.abs() / FARTHEST_RISE)
+            };
             let worst = (c.first..=c.last).map(off).fold(0.0, f64::max);
-            if worst <= limit || c.last <= c.first + 1 {
+            if worst <= 1.0 || c.last <= c.first + 1 {
                 break;
             }
             if off(c.last) >= off(c.first) {
@@ -169,26 +170,34 @@ fn in_swing(t: usize, fixed: &[Option<Vector3<f64>>], looped: bool, fps: f64) ->
         })
     };
     let (back, ahead) = (edge(false), edge(true));
+    let longest = (LONGEST_BLEND_S * fps).max(2.0);
+    let half = back.zip(ahead).map_or(longest, |(b, a)| ((a.0 + b.0) / 2.0).min(longest));
+    let still = (Vector3::zeros(), Vector3::zeros());
+    let fade = |distance: f64, value: Vector3<f64>, slope: Vector3<f64>| {
+        if distance < half {
+            crossing((value, slope), still, distance, half)
+        } else {
+            Vector3::zeros()
+        }
+    };
     if let (Some((b, from, leaving)), Some((a, to, arriving))) = (back, ahead)
         && a + b <= LONGEST_SWING_S * fps
     {
-        return crossing((from, leaving), (to, -arriving), b, a + b);
+        // What a slope leads to dies away within its half: over the whole swing it would carry the foot far off.
+        let zero = Vector3::zeros();
+        return crossing((from, zero), (to, zero), b, a + b)
+            + fade(b, zero, leaving)
+            + fade(a, zero, arriving);
     }
     // Each contact fades over its half of the swing.
-    let longest = (LONGEST_BLEND_S * fps).max(2.0);
-    let half = back.zip(ahead).map_or(longest, |(b, a)| ((a.0 + b.0) / 2.0).min(longest));
-    let zero = (Vector3::zeros(), Vector3::zeros());
-    let fade = |edge: Option<(f64, Vector3<f64>, Vector3<f64>)>| match edge {
-        Some((distance, value, slope)) if distance < half => {
-            crossing((value, slope), zero, distance, half)
-        }
-        _ => Vector3::zeros(),
+    let faded = |edge: Option<(f64, Vector3<f64>, Vector3<f64>)>| {
+        edge.map_or_else(Vector3::zeros, |(distance, value, slope)| fade(distance, value, slope))
     };
-    fade(back) + fade(ahead)
+    faded(back) + faded(ahead)
 }
 
-/// What a foot is moved by, `at` frames into a swing of `length`: of all ways from one value and slope (a frame) to
-/// the other the cubic has the smallest mean square acceleration.
+/// `at` frames into a way of `length` from one value and slope (a frame) to another: of all such ways the cubic has the
+/// smallest mean square acceleration.
 fn crossing(
     (from, leaving): (Vector3<f64>, Vector3<f64>),
     (to, arriving): (Vector3<f64>, Vector3<f64>),
@@ -220,6 +229,7 @@ fn place(
     shifts: &[Vector3<f64>],
 ) -> Vec<f64> {
     let mut missed = Vec::with_capacity(shifts.len());
+    let bow = usual_bow(skeleton, before, foot);
     for (t, shift) in shifts.iter().enumerate() {
         let pose = &mut clip.poses[t];
         for &node in foot.joints.iter().chain([&foot.node]).chain(&foot.loose) {
@@ -230,7 +240,8 @@ fn place(
         let end = world[foot.end.0].transform_point(&foot.end.1);
         let top = foot.joints.first().map_or(end, |&j| world[j].transform_point(&Point3::origin()));
         let target = eased(top, end, end + shift, chain_length(&world, foot));
-        reach(skeleton, pose, &foot.joints, foot.end, target);
+        let bow = above(skeleton, &world, foot) * bow;
+        reach_bending(skeleton, pose, &foot.joints, foot.end, target, &bow);
         if let Some(loose) = foot.loose {
             let parent = skeleton.nodes[loose].parent;
             let linear = parent.map_or_else(nalgebra::Matrix3::identity, |p| {
@@ -241,13 +252,12 @@ fn place(
             }
         } else if !foot.joints.contains(&foot.node) {
             let turned = skeleton.world_matrices(pose);
-            let rotation =
-                |m: &nalgebra::Matrix4<f64>| orthonormal(&m.fixed_view::<3, 3>(0, 0).into_owned());
+            let rotation = |m: &Matrix4<f64>| orthonormal(&m.fixed_view::<3, 3>(0, 0).into_owned());
             let parent = skeleton.nodes[foot.node].parent;
             if let Some(p) = parent {
                 let local = rotation(&turned[p]).inverse() * rotation(&world[p]);
                 let q = &mut pose.nodes[foot.node].rotation;
-                *q = nalgebra::UnitQuaternion::new_normalize(*(local * *q));
+                *q = UnitQuaternion::new_normalize(*(local * *q));
             }
         }
         let now = skeleton.world_matrices(pose)[foot.node].transform_point(&foot.sole);
@@ -256,12 +266,37 @@ fn place(
     missed
 }
 
-/// Length of the joints' chain to its end.
-fn chain_length(world: &[nalgebra::Matrix4<f64>], foot: &Foot) -> f64 {
+/// World rotation of what the leg hangs on.
+fn above(skeleton: &Skeleton, world: &[Matrix4<f64>], foot: &Foot) -> UnitQuaternion<f64> {
+    let parent = foot.joints.first().and_then(|&j| skeleton.nodes[j].parent);
+    parent.map_or_else(UnitQuaternion::identity, |p| {
+        orthonormal(&world[p].fixed_view::<3, 3>(0, 0).into_owned())
+    })
+}
+
+/// The axis about which the leg is bent over the clip, seen from what it hangs on; its length says how much.
+fn usual_bow(skeleton: &Skeleton, clip: &Clip, foot: &Foot) -> Vector3<f64> {
+    let bow = |pose: &Pose| {
+        let world = skeleton.world_matrices(pose);
+        let places = places(&world, foot);
+        let bones: Vec<Vector3<f64>> = places.windows(2).map(|w| w[1] - w[0]).collect();
+        let turn: Vector3<f64> = bones.windows(2).map(|b| b[0].cross(&b[1])).sum();
+        above(skeleton, &world, foot).inverse() * turn
+    };
+    clip.poses.iter().map(bow).sum()
+}
+
+/// Places of the joints and of the end.
+fn places(world: &[Matrix4<f64>], foot: &Foot) -> Vec<Point3<f64>> {
     let mut places: Vec<Point3<f64>> =
         foot.joints.iter().map(|&j| world[j].transform_point(&Point3::origin())).collect();
     places.push(world[foot.end.0].transform_point(&foot.end.1));
-    places.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+    places
+}
+
+/// Length of the joints' chain to its end.
+fn chain_length(world: &[Matrix4<f64>], foot: &Foot) -> f64 {
+    places(world, foot).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
 /// A target near the end of a leg's reach is drawn in: the knee's angle goes with the root of what is left
