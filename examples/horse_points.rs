@@ -1,5 +1,5 @@
 //! Real horses: how well the weights of eight key frames predict key points that a network found in
-//! the other frames. `cargo run --release --example horse_points -- POINTS.csv [MASKS_DIR]`
+//! the other frames. `cargo run --release --example horse_points -- POINTS.csv [MASKS_DIR [RIDGE]]`
 //!
 //! POINTS.csv has columns PART_x, PART_y, PART_likelihood (pixels); MASKS_DIR the masks of a shot.
 //! Without masks the figure's lines between the points are drawn as strokes, as an artist would
@@ -12,10 +12,12 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use muybridge::gait::{GaitPhase, Symmetry};
+use muybridge::interpolate::weights_over_phase;
 use muybridge::keys::KeySettings;
 use muybridge::mask::Mask;
-use muybridge::pipeline::{Trends, analyse_masks, choose_by_phase, interpolation_weights};
-use muybridge::shot::{Animation, Method, PhaseTable};
+use muybridge::numeric::{Coefficients, Harmonics};
+use muybridge::pipeline::{Trends, analyse_masks, keys_by_phase, phase_weights};
 use muybridge::spectrum::{Gait, Settings};
 
 const LEAST_LIKELIHOOD: f64 = 0.9;
@@ -43,6 +45,10 @@ struct Part {
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let ridge = match arguments.get(2) {
+        Some(ridge) => ridge.parse().context("the ridge is a number")?,
+        None => 0.0,
+    };
     let points = arguments.first().context("usage: horse_points POINTS.csv [MASKS_DIR]")?;
     let parts = read(Path::new(points))?;
     let frames = parts.first().map_or(0, |p| p.at.len());
@@ -67,43 +73,249 @@ fn main() -> anyhow::Result<()> {
         100.0 * gait.explained_share,
         found.used.iter().filter(|u| **u).count()
     );
-    let phase = PhaseTable::of(gait);
-    let wanted = KeySettings { keys: KEYS, ..KeySettings::default() };
-    let chosen = choose_by_phase(&phase, &wanted, None)?.chosen;
-    let animation = Animation { method: Method::Phase, ..Animation::default() };
-    let coefficients = found.coefficients(true);
-    let weights = interpolation_weights(
-        coefficients,
-        &chosen.frames,
-        &[],
-        found.spectral.rhythm.step_frames,
-        Some(&phase.stride_cycles),
-        &animation,
-    )?;
+    let Some(phase) = found.phase_table() else { bail!("no gait phase") };
+    let legs = Legs::of(&parts);
+    let wanted = KeySettings { keys: KEYS, exclude: legs.unsure(), ..KeySettings::default() };
+    let chosen = keys_by_phase(&phase, &wanted)?;
+    let weights = phase_weights(&phase, &chosen.frames, ridge)?;
+    println!("the view drifts: {}", phase.drifts());
     println!("keys {:?}", chosen.frames);
-    let (mut error, mut mean_error, mut count) = (0.0, 0.0, 0_usize);
-    for part in legs(&parts) {
-        let relative = relative(part, &parts);
-        let seen: Vec<[f64; 2]> = relative.iter().flatten().copied().collect();
-        let mean = [0, 1].map(|c| seen.iter().map(|p| p[c]).sum::<f64>() / seen.len() as f64);
-        for t in (0..frames).filter(|t| !chosen.frames.contains(t)) {
-            let (Some(truth), Some(guess)) =
-                (relative[t], predicted(&relative, &chosen.frames, weights.row(t)))
-            else {
-                continue;
-            };
-            error += distance(truth, guess);
-            mean_error += distance(truth, mean);
-            count += 1;
-        }
-    }
+    let mean = legs.mean_error();
+    let report = |what: &str, error: f64| {
+        println!(
+            "{what}: {error:.4} withers-hip lengths, {:.2} of the mean pose's {mean:.4}",
+            error / mean
+        );
+    };
+    let rows: Vec<Vec<f64>> = (0..frames).map(|t| weights.row(t).to_vec()).collect();
+    report("leg points from the keys", legs.error(&chosen.frames, &rows));
+    bounds(&legs, &phase.stride_cycles, gait.stride_frames(), &report)
+}
+
+/// What eight keys could do at best, told by the key points themselves.
+fn bounds(
+    legs: &Legs,
+    seen_phase: &[f64],
+    stride_frames: f64,
+    report: &dyn Fn(&str, f64),
+) -> anyhow::Result<()> {
+    let points = legs.bridged();
+    let shares = vec![1.0; points.components()];
+    let used = vec![true; points.frames()];
+    let own = GaitPhase::measure(
+        &points,
+        &shares,
+        &used,
+        Symmetry::Asymmetric,
+        Some(1.0 / stride_frames),
+    )?;
     println!(
-        "leg points: {:.4} withers-hip lengths, mean pose {:.4}, ratio {:.2} ({count} points)",
-        error / count as f64,
-        mean_error / count as f64,
-        error / mean_error
+        "stride by the points {:.2} frames; their own cycle explains {:.0} % of them",
+        own.stride_frames(),
+        100.0 * own.explained_share
     );
+    let off: Vec<f64> = own.stride_cycles.iter().zip(seen_phase).map(|(a, b)| a - b).collect();
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    let rms = (off.iter().map(|o| (o - mean).powi(2)).sum::<f64>() / off.len() as f64).sqrt();
+    println!("phase of the silhouettes against that of the points: {rms:.3} strides rms");
+    report(
+        "the points' own mean cycle (all frames, own phase)",
+        legs.cycle_error(&own.stride_cycles)?,
+    );
+    report("the points' mean cycle over the silhouettes' phase", legs.cycle_error(seen_phase)?);
+    let level = legs.level();
+    report(
+        "the points' own mean cycle and a straight line over the clip",
+        level.cycle_error(&own.stride_cycles)?,
+    );
+    for (what, cycles) in [("own", &own.stride_cycles[..]), ("silhouettes'", seen_phase)] {
+        let (best, _) = level.best_keys(cycles)?;
+        report(&format!("the best keys, {what} phase, the line taken off by hand"), best);
+    }
+    for (what, cycles) in [("own", &own.stride_cycles[..]), ("silhouettes'", seen_phase)] {
+        let (usual, (best, keys)) = (legs.usual_keys(cycles)?, legs.best_keys(cycles)?);
+        report(&format!("evenly spaced keys, {what} phase, mean over 16 offsets"), usual);
+        report(&format!("the best keys by the points, {what} phase ({keys:?})"), best);
+    }
     Ok(())
+}
+
+/// The leg points, relative to the withers.
+struct Legs {
+    /// For each point its place in every frame in which it is sure.
+    points: Vec<Vec<Option<[f64; 2]>>>,
+    frames: usize,
+}
+
+impl Legs {
+    fn of(parts: &[Part]) -> Self {
+        let points: Vec<_> = legs(parts).map(|part| relative(part, parts)).collect();
+        Self { frames: points.first().map_or(0, Vec::len), points }
+    }
+
+    /// The same without the straight line over the clip.
+    fn level(&self) -> Self {
+        let level = |point: &Vec<Option<[f64; 2]>>| -> Vec<Option<[f64; 2]>> {
+            let sure: Vec<(f64, [f64; 2])> =
+                point.iter().enumerate().filter_map(|(t, p)| Some((t as f64, (*p)?))).collect();
+            let count = sure.len() as f64;
+            let middle = sure.iter().map(|s| s.0).sum::<f64>() / count;
+            let spread: f64 = sure.iter().map(|s| (s.0 - middle).powi(2)).sum();
+            let slope =
+                [0, 1].map(|c| sure.iter().map(|s| (s.0 - middle) * s.1[c]).sum::<f64>() / spread);
+            let off = |t: usize, p: [f64; 2]| [0, 1].map(|c| p[c] - slope[c] * (t as f64 - middle));
+            point.iter().enumerate().map(|(t, p)| p.map(|p| off(t, p))).collect()
+        };
+        Self { points: self.points.iter().map(level).collect(), frames: self.frames }
+    }
+
+    /// Frames in which a tenth of the points or more are not sure: nobody could tell their pose.
+    fn unsure(&self) -> Vec<usize> {
+        let missing = |t: &usize| self.points.iter().filter(|p| p[*t].is_none()).count();
+        (0..self.frames).filter(|t| 10 * missing(t) >= self.points.len()).collect()
+    }
+
+    /// Mean distance from truth of a guess, over the frames that are not keys.
+    fn mean_distance(
+        &self,
+        keys: &[usize],
+        guess: impl Fn(&[Option<[f64; 2]>], usize) -> Option<[f64; 2]>,
+    ) -> f64 {
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for point in &self.points {
+            for t in (0..self.frames).filter(|t| !keys.contains(t)) {
+                if let (Some(truth), Some(guess)) = (point[t], guess(point, t)) {
+                    sum += distance(truth, guess);
+                    count += 1;
+                }
+            }
+        }
+        sum / count as f64
+    }
+
+    fn error(&self, keys: &[usize], weights: &[Vec<f64>]) -> f64 {
+        self.mean_distance(keys, |point, t| predicted(point, keys, &weights[t]))
+    }
+
+    fn mean_error(&self) -> f64 {
+        self.mean_distance(&[], |point, _| {
+            let seen: Vec<[f64; 2]> = point.iter().flatten().copied().collect();
+            Some([0, 1].map(|c| seen.iter().map(|p| p[c]).sum::<f64>() / seen.len() as f64))
+        })
+    }
+
+    /// One row a frame, gaps bridged, the mean of each coordinate taken off.
+    fn bridged(&self) -> Coefficients {
+        let columns: Vec<Vec<f64>> = (self.points.iter())
+            .flat_map(|point| [0, 1].map(|c| bridged_column(point, c)))
+            .collect();
+        Coefficients::from_columns(&columns).unwrap_or_else(|| unreachable!("equal lengths"))
+    }
+
+    /// Error of the least-squares Fourier series (five harmonics of the stride) of every point.
+    fn cycle_error(&self, cycles: &[f64]) -> anyhow::Result<f64> {
+        let series: Vec<Harmonics> = (self.points.iter())
+            .map(|point| {
+                let values: Vec<f64> = point.iter().flat_map(|p| p.unwrap_or_default()).collect();
+                let sure: Vec<f64> =
+                    point.iter().map(|p| f64::from(u8::from(p.is_some()))).collect();
+                Harmonics::fit(cycles, &values, 2, &sure, 5).context("too few points")
+            })
+            .collect::<anyhow::Result<_>>()?;
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for (point, series) in self.points.iter().zip(&series) {
+            for (t, truth) in point.iter().enumerate() {
+                let Some(truth) = truth else { continue };
+                let (value, _) = series.at(cycles[t]);
+                sum += distance(*truth, [value[0], value[1]]);
+                count += 1;
+            }
+        }
+        Ok(sum / count as f64)
+    }
+
+    fn error_over(&self, cycles: &[f64], keys: &[usize]) -> anyhow::Result<f64> {
+        let weights = weights_over_phase(cycles, keys)?;
+        let rows: Vec<Vec<f64>> = (0..self.frames).map(|t| weights.row(t).to_vec()).collect();
+        Ok(self.error(keys, &rows))
+    }
+
+    /// Frames nearest to evenly spaced phases, from the given offset of sixteen.
+    fn even_keys(cycles: &[f64], offset: usize) -> Vec<usize> {
+        let mut keys: Vec<usize> = Vec::new();
+        for k in 0..KEYS {
+            let wanted = (k as f64 + offset as f64 / 16.0) / KEYS as f64;
+            let away = |t: usize| ((cycles[t] - wanted + 0.5).rem_euclid(1.0) - 0.5).abs();
+            let nearest = (0..cycles.len())
+                .filter(|t| !keys.contains(t))
+                .min_by(|&a, &b| away(a).total_cmp(&away(b)));
+            keys.extend(nearest);
+        }
+        keys
+    }
+
+    fn usual_keys(&self, cycles: &[f64]) -> anyhow::Result<f64> {
+        let errors = (0..16)
+            .map(|offset| self.error_over(cycles, &Self::even_keys(cycles, offset)))
+            .collect::<anyhow::Result<Vec<f64>>>()?;
+        Ok(errors.iter().sum::<f64>() / errors.len() as f64)
+    }
+
+    /// The keys of the smallest error, by exchanging one at a time from evenly spaced ones: who chooses
+    /// so has seen the answer.
+    fn best_keys(&self, cycles: &[f64]) -> anyhow::Result<(f64, Vec<usize>)> {
+        let mut best = (f64::INFINITY, Vec::new());
+        for offset in (0..16).step_by(4) {
+            let mut keys = Self::even_keys(cycles, offset);
+            let mut error = self.error_over(cycles, &keys)?;
+            loop {
+                let before = error;
+                for k in 0..keys.len() {
+                    for t in 0..self.frames {
+                        if keys.contains(&t) {
+                            continue;
+                        }
+                        let old = std::mem::replace(&mut keys[k], t);
+                        let tried = self.error_over(cycles, &keys)?;
+                        if tried < error {
+                            error = tried;
+                        } else {
+                            keys[k] = old;
+                        }
+                    }
+                }
+                if error >= before {
+                    break;
+                }
+            }
+            if error < best.0 {
+                best = (error, keys);
+            }
+        }
+        best.1.sort_unstable();
+        Ok(best)
+    }
+}
+
+fn bridged_column(point: &[Option<[f64; 2]>], c: usize) -> Vec<f64> {
+    let sure: Vec<(usize, f64)> =
+        point.iter().enumerate().filter_map(|(t, p)| Some((t, (*p)?[c]))).collect();
+    let mean = sure.iter().map(|s| s.1).sum::<f64>() / sure.len().max(1) as f64;
+    (0..point.len())
+        .map(|t| {
+            let after = sure.partition_point(|s| s.0 < t);
+            let (Some(b), Some(a)) = (
+                sure.get(after).or(sure.last()),
+                after.checked_sub(1).and_then(|k| sure.get(k)).or(sure.first()),
+            ) else {
+                return 0.0;
+            };
+            let gap = b.0.saturating_sub(a.0) as f64;
+            let share =
+                if gap > 0.0 { ((t as f64 - a.0 as f64) / gap).clamp(0.0, 1.0) } else { 0.0 };
+            a.1 + share * (b.1 - a.1) - mean
+        })
+        .collect()
 }
 
 fn read(path: &Path) -> anyhow::Result<Vec<Part>> {

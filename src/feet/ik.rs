@@ -18,6 +18,9 @@ const TOLERANCE: f64 = 1e-9;
 /// A straight chain cannot be shortened by infinitesimal turns. It is bent by this angle first, radians.
 const NUDGE_RAD: f64 = 0.05;
 
+/// Share of its length from which a chain counts as straight, a little; wholly so at 1.
+const STRAIGHT_FROM: f64 = 0.97;
+
 /// What came of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
@@ -38,11 +41,29 @@ pub fn reach(
     end: (usize, Point3<f64>),
     target: Point3<f64>,
 ) -> Reached {
+    reach_bending(skeleton, pose, joints, end, target, &Vector3::zeros())
+}
+
+/// The same for a chain that is known to bend about an axis, `bow`, in world space (of zero length: unknown). A
+/// leg that is straight in its pose may be bent to either side by rounding alone; it is bent as far as the target asks,
+/// and the more the straighter it is, before the way to the target is looked for.
+///
+/// # Panics
+/// As [`reach`].
+pub fn reach_bending(
+    skeleton: &Skeleton,
+    pose: &mut Pose,
+    joints: &[usize],
+    end: (usize, Point3<f64>),
+    target: Point3<f64>,
+    bow: &Vector3<f64>,
+) -> Reached {
     let mut chain = Chain::new(skeleton, pose, joints, end);
     let scale = chain.length().max(f64::MIN_POSITIVE);
     if chain.distance(&target) < TOLERANCE * scale {
         return Reached { distance: chain.distance(&target) };
     }
+    chain.unlock(&target, scale, bow);
     chain.solve(&target, scale);
     let reachable = (target - chain.places[0]).norm() < 0.999 * scale;
     if chain.distance(&target) > 1e-4 * scale && reachable && joints.len() > 1 {
@@ -155,6 +176,25 @@ impl<'a> Chain<'a> {
             above = old;
         }
         self.place();
+    }
+
+    /// Bends a chain that is nearly straight about `bow`, if its end is to come nearer.
+    fn unlock(&mut self, target: &Point3<f64>, scale: f64, bow: &Vector3<f64>) {
+        let Some(axis) = bow.try_normalize(0.0) else { return };
+        let extent = (self.places[self.joints.len()] - self.places[0]).norm() / scale;
+        let wanted = (target - self.places[0]).norm() / scale;
+        let straight = ((extent - STRAIGHT_FROM) / (1.0 - STRAIGHT_FROM)).clamp(0.0, 1.0);
+        if straight == 0.0 || wanted >= extent || self.joints.len() < 2 {
+            return;
+        }
+        // Two equal bones reach as far as the cosine of half the angle between them.
+        let bend = |reach: f64| 2.0 * reach.min(1.0).acos();
+        let angle = straight * (bend(wanted) - bend(extent)) / (self.joints.len() - 1) as f64;
+        let mut step = DVector::zeros(3 * self.joints.len());
+        for k in 1..self.joints.len() {
+            step.fixed_rows_mut::<3>(3 * k).copy_from(&(axis * angle * k as f64));
+        }
+        self.turn(&step);
     }
 
     /// Bends a straight chain a little in the plane it is nearest to lie in.
@@ -287,6 +327,28 @@ mod tests {
             for (a, b) in pose.nodes.iter().zip(&before.nodes) {
                 prop_assert!(a.rotation.angle_to(&b.rotation) < 0.06);
             }
+        }
+    }
+
+    #[test]
+    fn a_straight_leg_bends_to_the_side_it_is_known_to() {
+        let (skeleton, straight, joints) = chain(&[1.0, 1.0], &[[0.0; 3]; 2]);
+        let top = skeleton.world_matrices(&straight)[1].transform_point(&Point3::origin());
+        let line = tip(&skeleton, &straight) - top;
+        let axis = line.cross(&Vector3::new(0.2, 0.1, 1.0)).normalize();
+        for (side, share) in [(1.0, 0.999), (1.0, 0.9), (-1.0, 0.9), (-1.0, 0.99)] {
+            // As straight as rounding of a file leaves it, and a little to the wrong side.
+            let mut pose = straight.clone();
+            let wrong = rotation_from_vector(&Vector3::new(1e-4 * side, 1e-4, 0.0));
+            pose.nodes[2].rotation *= wrong;
+            let (end, target) = ((3, Point3::origin()), top + line * share);
+            let found =
+                reach_bending(&skeleton, &mut pose, &joints, end, target, &(axis * side * 7.0));
+            assert!(found.distance < 1e-6, "{}", found.distance);
+            let world = skeleton.world_matrices(&pose);
+            let knee = world[2].transform_point(&Point3::origin());
+            let bow = (knee - top).cross(&(target - knee)).dot(&axis);
+            assert!(bow * side > 0.0, "{side} {share}: {bow}");
         }
     }
 

@@ -1,17 +1,24 @@
 //! Poses in which a foot that is down stays where it is.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix4, Point3, UnitQuaternion, Vector3};
 
 use super::contacts::{Contact, Footfalls};
 use super::find::{Foot, foot_tracks};
-use super::ik::{orthonormal, reach};
-use crate::rig::{Clip, Skeleton, rotation_vector};
+use super::ik::{orthonormal, reach_bending};
+use crate::rig::{Clip, Pose, Skeleton, rotation_vector};
 
 /// A foot that a leg cannot bring nearer to its place than this share of the leg's length is not held:
 /// its contact is shortened to the frames in which it can. Half of what may slide.
 const LEAVES_AT: f64 = 0.004;
 
-/// Longest blend in and out of a contact, seconds: about the swing of a walking horse's foot, halved.
+/// … and not where that would lift or lower it by more than this: it is still coming down, or already leaves.
+const FARTHEST_RISE: f64 = 0.04;
+
+/// Longest swing over which what a foot was moved by goes straight from one contact to the next, seconds: a little
+/// more than that of a walking horse's foot.
+const LONGEST_SWING_S: f64 = 0.8;
+
+/// Longest blend in and out of a contact whose swing is longer, or that has none on one side, seconds.
 const LONGEST_BLEND_S: f64 = 0.25;
 
 /// A foot is not held where that would move it by more than this share of its leg: its contact is shortened.
@@ -38,8 +45,8 @@ pub struct Planted {
 }
 
 /// Plants the feet of a clip in place: during each contact the sole moves with the ground, that is by
-/// −speed · forward, from where it was on average; between contacts what it was moved by fades out and in
-/// with continuous speed. The leg follows by inverse kinematics, the foot keeps its direction in space.
+/// −speed · forward, from where it was on average; over the swing what it was moved by goes from one contact's to the
+/// next one's with continuous speed and as little acceleration as can be (over a long swing it fades out and in). The leg follows by inverse kinematics, the foot keeps its direction in space.
 ///
 /// Of a loop the last pose stays the first.
 ///
@@ -52,13 +59,7 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     let tracks = foot_tracks(skeleton, &before.poses, feet);
     let mut largest_shift: f64 = 0.0;
     for (at, foot) in feet.iter().enumerate() {
-        near(
-            &mut contacts[at],
-            &tracks[at].soles,
-            falls,
-            clip.fps,
-            FARTHEST_SHIFT * foot.leg_length,
-        );
+        near(&mut contacts[at], &tracks[at].soles, falls, clip.fps, foot.leg_length);
         // A contact that loses frames changes the blends about it: once more with what is left.
         for round in 0..3 {
             let shifts = shifts(&tracks[at].soles, &contacts[at], falls, clip.fps);
@@ -90,18 +91,22 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     }
 }
 
-/// Shortens contacts until no frame of them is farther than `limit` from where it would be held. The end
-/// that is farther goes first, since the place is the mean of what is left.
-fn near(contacts: &mut [Contact], track: &[Point3<f64>], falls: &Footfalls, fps: f64, limit: f64) {
+/// Shortens contacts until no frame of them is too far from where it would be held. The end that is farther goes
+/// first, since the place is the mean of what is left.
+fn near(contacts: &mut [Contact], track: &[Point3<f64>], falls: &Footfalls, fps: f64, leg: f64) {
     let ground = falls.forward * (-falls.speed / fps);
     for c in contacts {
         loop {
             let rides = |t: usize| track[t % falls.frames].coords - ground * t as f64;
             let count = (c.last - c.first + 1) as f64;
             let mean = (c.first..=c.last).map(rides).sum::<Vector3<f64>>() / count;
-            let off = |t: usize| (rides(t) - mean).norm();
+            // Shares of what is allowed.
+            let off = |t: usize| {
+                let away = (rides(t) - mean) / leg;
+                (away.norm() / FARTHEST_SHIFT).max(away.y.abs() / FARTHEST_RISE)
+            };
             let worst = (c.first..=c.last).map(off).fold(0.0, f64::max);
-            if worst <= limit || c.last <= c.first + 1 {
+            if worst <= 1.0 || c.last <= c.first + 1 {
                 break;
             }
             if off(c.last) >= off(c.first) {
@@ -147,41 +152,63 @@ fn shifts(
     if held.is_empty() {
         return vec![Vector3::zeros(); n];
     }
-    let longest = (LONGEST_BLEND_S * fps).max(2.0);
-    (0..n)
-        .map(|t| {
-            if let Some(shift) = fixed[t] {
-                return shift;
-            }
-            let back = (1..=n).find(|d| {
-                wrapped(t, *d, n, falls.looped, false).is_some_and(|s| fixed[s].is_some())
-            });
-            let ahead = (1..=n).find(|d| {
-                wrapped(t, *d, n, falls.looped, true).is_some_and(|s| fixed[s].is_some())
-            });
-            // Each contact fades over its half of the swing.
-            let half = match (back, ahead) {
-                (Some(b), Some(a)) => ((a + b) as f64 / 2.0).min(longest),
-                _ => longest,
-            };
-            let fade = |steps: Option<usize>, forwards: bool| {
-                let Some(d) = steps else { return Vector3::zeros() };
-                let Some(edge) = wrapped(t, d, n, falls.looped, forwards) else {
-                    return Vector3::zeros();
-                };
-                let inner = wrapped(edge, 1, n, falls.looped, forwards).and_then(|s| fixed[s]);
-                let value = fixed[edge].unwrap_or_default();
-                let slope = inner.map_or_else(Vector3::zeros, |i| value - i);
-                let u = d as f64 / half;
-                if u >= 1.0 {
-                    return Vector3::zeros();
-                }
-                // Cubic Hermite from (value, slope) to (0, 0).
-                value * (1.0 - u * u * (3.0 - 2.0 * u)) + slope * (half * u * (1.0 - u) * (1.0 - u))
-            };
-            fade(back, false) + fade(ahead, true)
+    (0..n).map(|t| fixed[t].unwrap_or_else(|| in_swing(t, &fixed, falls.looped, fps))).collect()
+}
+
+/// What a sole is moved by in frame `t` of a swing, between the frames of contacts, whose shifts are `fixed`.
+fn in_swing(t: usize, fixed: &[Option<Vector3<f64>>], looped: bool, fps: f64) -> Vector3<f64> {
+    let n = fixed.len();
+    let step = |from: usize, frames: usize, ahead: bool| wrapped(from, frames, n, looped, ahead);
+    // The nearest frame on the ground, how far it is, and what the shift does there a frame, away from the swing.
+    let edge = |ahead: bool| {
+        let found =
+            (1..=n).find_map(|d| Some((d, step(t, d, ahead)?)).filter(|e| fixed[e.1].is_some()));
+        found.map(|(distance, frame)| {
+            let value = fixed[frame].unwrap_or_default();
+            let inner = step(frame, 1, ahead).and_then(|s| fixed[s]);
+            (distance as f64, value, inner.map_or_else(Vector3::zeros, |i| value - i))
         })
-        .collect()
+    };
+    let (back, ahead) = (edge(false), edge(true));
+    let longest = (LONGEST_BLEND_S * fps).max(2.0);
+    let half = back.zip(ahead).map_or(longest, |(b, a)| ((a.0 + b.0) / 2.0).min(longest));
+    let still = (Vector3::zeros(), Vector3::zeros());
+    let fade = |distance: f64, value: Vector3<f64>, slope: Vector3<f64>| {
+        if distance < half {
+            crossing((value, slope), still, distance, half)
+        } else {
+            Vector3::zeros()
+        }
+    };
+    if let (Some((b, from, leaving)), Some((a, to, arriving))) = (back, ahead)
+        && a + b <= LONGEST_SWING_S * fps
+    {
+        // What a slope leads to dies away within its half: over the whole swing it would carry the foot far off.
+        let zero = Vector3::zeros();
+        return crossing((from, zero), (to, zero), b, a + b)
+            + fade(b, zero, leaving)
+            + fade(a, zero, arriving);
+    }
+    // Each contact fades over its half of the swing.
+    let faded = |edge: Option<(f64, Vector3<f64>, Vector3<f64>)>| {
+        edge.map_or_else(Vector3::zeros, |(distance, value, slope)| fade(distance, value, slope))
+    };
+    faded(back) + faded(ahead)
+}
+
+/// `at` frames into a way of `length` from one value and slope (a frame) to another: of all such ways the cubic has the
+/// smallest mean square acceleration.
+fn crossing(
+    (from, leaving): (Vector3<f64>, Vector3<f64>),
+    (to, arriving): (Vector3<f64>, Vector3<f64>),
+    at: f64,
+    length: f64,
+) -> Vector3<f64> {
+    let u = at / length;
+    let v = 1.0 - u;
+    from * (v * v * (1.0 + 2.0 * u))
+        + to * (u * u * (1.0 + 2.0 * v))
+        + (leaving * (u * v * v) - arriving * (u * u * v)) * length
 }
 
 /// The frame `steps` after (or before) a frame; `None` behind the ends of a clip that is no loop.
@@ -202,6 +229,7 @@ fn place(
     shifts: &[Vector3<f64>],
 ) -> Vec<f64> {
     let mut missed = Vec::with_capacity(shifts.len());
+    let bow = usual_bow(skeleton, before, foot);
     for (t, shift) in shifts.iter().enumerate() {
         let pose = &mut clip.poses[t];
         for &node in foot.joints.iter().chain([&foot.node]).chain(&foot.loose) {
@@ -212,7 +240,8 @@ fn place(
         let end = world[foot.end.0].transform_point(&foot.end.1);
         let top = foot.joints.first().map_or(end, |&j| world[j].transform_point(&Point3::origin()));
         let target = eased(top, end, end + shift, chain_length(&world, foot));
-        reach(skeleton, pose, &foot.joints, foot.end, target);
+        let bow = above(skeleton, &world, foot) * bow;
+        reach_bending(skeleton, pose, &foot.joints, foot.end, target, &bow);
         if let Some(loose) = foot.loose {
             let parent = skeleton.nodes[loose].parent;
             let linear = parent.map_or_else(nalgebra::Matrix3::identity, |p| {
@@ -223,13 +252,12 @@ fn place(
             }
         } else if !foot.joints.contains(&foot.node) {
             let turned = skeleton.world_matrices(pose);
-            let rotation =
-                |m: &nalgebra::Matrix4<f64>| orthonormal(&m.fixed_view::<3, 3>(0, 0).into_owned());
+            let rotation = |m: &Matrix4<f64>| orthonormal(&m.fixed_view::<3, 3>(0, 0).into_owned());
             let parent = skeleton.nodes[foot.node].parent;
             if let Some(p) = parent {
                 let local = rotation(&turned[p]).inverse() * rotation(&world[p]);
                 let q = &mut pose.nodes[foot.node].rotation;
-                *q = nalgebra::UnitQuaternion::new_normalize(*(local * *q));
+                *q = UnitQuaternion::new_normalize(*(local * *q));
             }
         }
         let now = skeleton.world_matrices(pose)[foot.node].transform_point(&foot.sole);
@@ -238,12 +266,37 @@ fn place(
     missed
 }
 
-/// Length of the joints' chain to its end.
-fn chain_length(world: &[nalgebra::Matrix4<f64>], foot: &Foot) -> f64 {
+/// World rotation of what the leg hangs on.
+fn above(skeleton: &Skeleton, world: &[Matrix4<f64>], foot: &Foot) -> UnitQuaternion<f64> {
+    let parent = foot.joints.first().and_then(|&j| skeleton.nodes[j].parent);
+    parent.map_or_else(UnitQuaternion::identity, |p| {
+        orthonormal(&world[p].fixed_view::<3, 3>(0, 0).into_owned())
+    })
+}
+
+/// The axis about which the leg is bent over the clip, seen from what it hangs on; its length says how much.
+fn usual_bow(skeleton: &Skeleton, clip: &Clip, foot: &Foot) -> Vector3<f64> {
+    let bow = |pose: &Pose| {
+        let world = skeleton.world_matrices(pose);
+        let places = places(&world, foot);
+        let bones: Vec<Vector3<f64>> = places.windows(2).map(|w| w[1] - w[0]).collect();
+        let turn: Vector3<f64> = bones.windows(2).map(|b| b[0].cross(&b[1])).sum();
+        above(skeleton, &world, foot).inverse() * turn
+    };
+    clip.poses.iter().map(bow).sum()
+}
+
+/// Places of the joints and of the end.
+fn places(world: &[Matrix4<f64>], foot: &Foot) -> Vec<Point3<f64>> {
     let mut places: Vec<Point3<f64>> =
         foot.joints.iter().map(|&j| world[j].transform_point(&Point3::origin())).collect();
     places.push(world[foot.end.0].transform_point(&foot.end.1));
-    places.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+    places
+}
+
+/// Length of the joints' chain to its end.
+fn chain_length(world: &[Matrix4<f64>], foot: &Foot) -> f64 {
+    places(world, foot).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
 /// A target near the end of a leg's reach is drawn in: the knee's angle goes with the root of what is left

@@ -17,8 +17,10 @@
 
 mod carrier;
 mod cycle;
+mod segments;
 mod stride;
 
+pub use segments::{Stretch, stretches};
 pub use stride::{Repeats, StrideEvidence};
 
 use crate::error::{Error, Result};

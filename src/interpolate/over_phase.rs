@@ -1,6 +1,6 @@
 //! Interpolation over the gait phase: the periodic cubic spline through the key poses.
 
-use crate::numeric::PeriodicCubic;
+use crate::numeric::{DriftingCycle, PeriodicCubic};
 use crate::{Error, Result};
 
 use super::weights::{Weights, check_distinct};
@@ -25,6 +25,31 @@ pub fn weights_over_phase(cycles: &[f64], keys: &[usize]) -> Result<Weights> {
     Ok(Weights::new(keys.len(), rows, active, Vec::new()))
 }
 
+/// The weights of all frames of a motion that drifts as it repeats ([`DriftingCycle`]), `drift` one entry a
+/// frame; `ridge` is how much the poses are doubted, as a share of the motion's variance. They sum to one; at a key's
+/// frame that key's pose has weight 1 (to a ten thousandth) while the ridge is 0.
+///
+/// # Errors
+/// As [`weights_over_phase`].
+pub fn weights_over_drift(
+    cycles: &[f64],
+    drift: &[f64],
+    keys: &[usize],
+    ridge: f64,
+) -> Result<Weights> {
+    check_distinct(keys.iter().copied())?;
+    let frames = cycles.len().min(drift.len());
+    if let Some(&frame) = keys.iter().find(|k| **k >= frames) {
+        return Err(Error::KeyFrameOutOfRange { frame, frames });
+    }
+    let known: Vec<(f64, f64)> = keys.iter().map(|&k| (cycles[k], drift[k])).collect();
+    let motion = DriftingCycle::new(&known, ridge).ok_or(Error::NoKeys)?;
+    let rows: Vec<Vec<f64>> =
+        cycles.iter().zip(drift).map(|(p, d)| motion.weights(*p, *d)).collect();
+    let active = vec![None; rows.len()];
+    Ok(Weights::new(keys.len(), rows, active, Vec::new()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,6 +68,30 @@ mod tests {
             }
         }
         assert!(found.sums().iter().all(|s| (s - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_motion_that_drifts_is_followed() {
+        let cycles: Vec<f64> = (0..60).map(|t| f64::from(t) / 20.0).collect();
+        let drift: Vec<f64> = (0..60).map(|t| (f64::from(t) - 29.5) / 17.3).collect();
+        let truth = |t: usize| (std::f64::consts::TAU * cycles[t]).sin() + 0.8 * drift[t];
+        let keys = [2, 9, 17, 28, 34, 41, 50, 57];
+        let error = |weights: &Weights| -> f64 {
+            let guess =
+                |t: usize| weights.row(t).iter().zip(keys).map(|(w, k)| w * truth(k)).sum::<f64>();
+            (0..60).map(|t| (guess(t) - truth(t)).powi(2)).sum::<f64>() / 60.0
+        };
+        let followed = weights_over_drift(&cycles, &drift, &keys, 0.0).unwrap();
+        let plain = weights_over_phase(&cycles, &keys).unwrap();
+        assert!(
+            error(&followed) < 0.01 && error(&plain) > 0.1,
+            "{} {}",
+            error(&followed),
+            error(&plain)
+        );
+        assert!(keys.iter().enumerate().all(|(k, &t)| (followed.row(t)[k] - 1.0).abs() < 0.01));
+        assert!(weights_over_drift(&cycles, &drift, &[60], 0.0).is_err());
+        assert!(weights_over_drift(&cycles, &drift, &[], 0.0).is_err());
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod factor;
 mod graph;
 mod incumbent;
 mod node;
+mod on_drift;
 mod on_phase;
 mod partners;
 mod problem;
@@ -47,6 +48,7 @@ use problem::Problem;
 
 pub use budget::{BudgetLine, ExpectedDegrees, pose_budget};
 pub use cycle::cycle_order;
+pub use on_drift::choose_keys_on_drift;
 pub use on_phase::{PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys_on_phase};
 pub use partners::{Partner, PartnerSettings, propose_partners};
 

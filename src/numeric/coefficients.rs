@@ -55,6 +55,17 @@ impl Coefficients {
         &self.values[t * self.components..(t + 1) * self.components]
     }
 
+    /// The points of some frames, a copy.
+    ///
+    /// # Panics
+    /// When `frames` are not all frames.
+    #[must_use]
+    pub fn rows(&self, frames: std::ops::Range<usize>) -> Self {
+        let values =
+            self.values[frames.start * self.components..frames.end * self.components].to_vec();
+        Self { frames: frames.len(), components: self.components, values }
+    }
+
     /// One component over time, a copy.
     ///
     /// # Panics

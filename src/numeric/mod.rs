@@ -3,6 +3,7 @@
 
 mod coefficients;
 mod distance;
+mod drifting;
 mod eigen;
 mod eigen_jacobi;
 mod eigen_krylov;
@@ -19,6 +20,7 @@ mod statistics;
 
 pub use coefficients::Coefficients;
 pub use distance::grid_distances_sq;
+pub use drifting::DriftingCycle;
 pub use eigen::{EigenPairs, leading_eigenpairs};
 pub use eigen_jacobi::extreme_eigenvalues;
 pub use fourier::{amplitude_spectrum, band_pass};

@@ -1,13 +1,17 @@
 //! Masks to coefficients and verdict, in memory.
 
+use std::ops::Range;
+
 use super::bridge::{bridged, held};
 use super::drift::{self, ShapeDrift};
+use super::segments::{Segment, lengthened};
+use super::view_drift::view_drift;
 use crate::error::Result;
 use crate::gait::{GaitPhase, Repeats, Symmetry};
 use crate::image_pca::{CentredGram, Changes, ImagePca};
 use crate::mask::{CroppedMask, Mask};
 use crate::numeric::Coefficients;
-use crate::shot::FlaggedFrames;
+use crate::shot::{FlaggedFrames, PhaseTable};
 use crate::silhouette::{
     Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, flag_area_jumps,
     report_of_mask, windowed,
@@ -41,6 +45,12 @@ pub struct MaskAnalysis {
     pub spectral: SpectralAnalysis,
     /// The gait phase; `None` where the clip is too short for one.
     pub gait: Option<GaitPhase>,
+    /// How far the view has drifted at each frame, standard deviations; `None` where it does not.
+    pub view_drift: Option<Vec<f64>>,
+    /// The frames that were analysed: the whole clip, or a segment of it. Outside, scores and phase are held.
+    pub frames: Range<usize>,
+    /// The segments of the clip in order, without gaps; the one whole clip where nothing was looked for.
+    pub segments: Vec<Segment>,
 }
 
 /// Components that the gait phase is measured with, whatever number the user keeps. The lines that
@@ -63,6 +73,16 @@ impl MaskAnalysis {
     #[must_use]
     pub fn sweep(&self) -> Option<f64> {
         sweep(self.gait.as_ref()?, &self.pca, &self.analysed_masks())
+    }
+
+    /// The gait phase with the drift of the view, as keys and interpolation use them.
+    #[must_use]
+    pub fn phase_table(&self) -> Option<PhaseTable> {
+        let mut table = PhaseTable::of(self.gait.as_ref()?);
+        if let Some(drift) = &self.view_drift {
+            table.drift.clone_from(drift);
+        }
+        Some(table)
     }
 
     /// The scores that keys and interpolation use.
@@ -91,20 +111,21 @@ pub fn analyse_masks(
     flag_area_jumps(&mut reports);
     let masks: Vec<CroppedMask> = masks.iter().map(CroppedMask::from).collect();
     let usable = Usable::of(&masks, &reports, FlaggedFrames::LeaveOut);
-    analyse_usable(&masks, usable, fps, components, trends, settings)
+    let (found, _) = analyse_usable(&masks, usable, fps, components, trends, settings)?;
+    Ok(found)
 }
 
-/// The same with the choice of frames given. A mask that is not used changes nothing: neither the
-/// window's size nor the trend of scale.
-pub(super) fn analyse_usable(
+/// The same with the choice of frames given, and with the scores of all the components that the phase is
+/// measured with. A mask that is not used changes nothing: neither the window's size nor the trend of scale.
+fn analyse_usable(
     masks: &[CroppedMask],
     usable: Usable,
     fps: f64,
     components: usize,
     trends: Trends,
     settings: &spectrum::Settings,
-) -> Result<MaskAnalysis> {
-    let Usable { used, flagged, uncertain } = usable;
+) -> Result<(MaskAnalysis, ImagePca)> {
+    let Usable { used, frames, flagged, uncertain } = usable;
     let blank = masks.first().map(|first| CroppedMask::empty(first.width(), first.height()));
     let kept: Vec<&CroppedMask> = masks
         .iter()
@@ -124,10 +145,10 @@ pub(super) fn analyse_usable(
     let (all, drift) =
         drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?;
     let repeats = drift.filter(|d| d.removed).map(|d| d.repeats_a_frame);
-    let gait = measure_phase(&all, &used, settings.gait, repeats);
+    let gait = measure_phase(&all, &used, &frames, settings.gait, repeats);
     let pca = all.leading(components);
-    let bad = masks.len() - good.len();
-    let counts = MaskCounts { frames: masks.len(), bad, flagged, uncertain };
+    let bad = frames.len() - good.len();
+    let counts = MaskCounts { frames: frames.len(), bad, flagged, uncertain };
     let span_scores = bridged(&pca.scores, &used[seen.first..seen.first + seen.span()]);
     let shares = pca.variance_shares();
     let rhythm_hz = repeats.map(|r| r * fps);
@@ -148,8 +169,55 @@ pub(super) fn analyse_usable(
             contradicts_gait: gait.stride.contradicts_gait,
         });
     }
+    let view_drift = gait.as_ref().and_then(|gait| {
+        let scores = bridged(&all.scores, &used);
+        view_drift(&scores, &all.variance_shares(), &used, &frames, gait, drift)
+    });
+    let gait = gait.map(|g| lengthened(g, frames.start, masks.len()));
     let scores = bridged(&pca.scores, &used);
-    Ok(MaskAnalysis { windows, used, pca, drift, scores, spectral, gait })
+    let segments = vec![Segment::of(frames.clone(), &spectral, gait.as_ref())];
+    let found = MaskAnalysis {
+        windows,
+        used,
+        pca,
+        drift,
+        scores,
+        spectral,
+        gait,
+        view_drift,
+        frames,
+        segments,
+    };
+    Ok((found, all))
+}
+
+/// A clip's masks and what is wanted of them.
+#[derive(Clone, Copy, Debug)]
+pub struct MaskClip<'a> {
+    /// The masks, one a frame.
+    pub masks: &'a [CroppedMask],
+    /// What was noticed of each; none of a clip of which nothing else is known.
+    pub reports: &'a [FrameReport],
+    /// What becomes of flagged frames.
+    pub flagged: FlaggedFrames,
+    /// Frames a second.
+    pub fps: f64,
+    /// Principal components that are kept.
+    pub components: usize,
+    /// What of slow changes is removed.
+    pub trends: Trends,
+}
+
+impl MaskClip<'_> {
+    /// Analyses some of its frames, or all.
+    pub(super) fn analysed(
+        &self,
+        frames: Range<usize>,
+        settings: &spectrum::Settings,
+    ) -> Result<(MaskAnalysis, ImagePca)> {
+        let usable = Usable::within(self.masks, self.reports, self.flagged, frames);
+        analyse_usable(self.masks, usable, self.fps, self.components, self.trends, settings)
+    }
 }
 
 /// The stretch from the first used frame to the last: what lies outside is held, not measured, and
@@ -179,10 +247,11 @@ fn sweep(gait: &GaitPhase, pca: &ImagePca, masks: &[&Mask]) -> Option<f64> {
     (area > 0.0).then(|| pca.total_variance * share / area)
 }
 
-/// The gait phase, where the clip is long enough for one.
+/// The gait phase of some frames, where they are enough for one.
 fn measure_phase(
     pca: &ImagePca,
     used: &[bool],
+    frames: &Range<usize>,
     gait: spectrum::Gait,
     repeats_a_frame: Option<f64>,
 ) -> Option<GaitPhase> {
@@ -191,7 +260,8 @@ fn measure_phase(
         Some(true) => Symmetry::Symmetric,
         Some(false) => Symmetry::Asymmetric,
     };
-    let scores = bridged(&pca.scores, used);
+    let scores = bridged(&pca.scores, used).rows(frames.clone());
+    let used = &used[frames.clone()];
     let found =
         GaitPhase::measure(&scores, &pca.variance_shares(), used, symmetry, repeats_a_frame)
             .ok()?;
@@ -204,6 +274,8 @@ fn measure_phase(
 pub(super) struct Usable {
     /// For each frame, whether it does.
     used: Vec<bool>,
+    /// The frames that are looked at; of the others none is used.
+    frames: Range<usize>,
     /// Flagged frames that are used because most of the clip is flagged.
     flagged: usize,
     /// Of these, the ones with another flag than that they reach the border.
@@ -221,14 +293,14 @@ impl Usable {
     ) -> Self {
         let filled: Vec<bool> = masks.iter().map(|m| !m.is_empty()).collect();
         if flagged == FlaggedFrames::Use {
-            return Self { used: filled, flagged: 0, uncertain: 0 };
+            return Self { frames: 0..filled.len(), used: filled, flagged: 0, uncertain: 0 };
         }
         let flags = |t: usize| reports.get(t).map_or(Flags::NONE, |r| r.flags);
         let sound: Vec<bool> =
             filled.iter().enumerate().map(|(t, f)| *f && !flags(t).exclude()).collect();
         let count = |frames: &[bool]| frames.iter().filter(|f| **f).count();
         if 2 * count(&sound) > count(&filled) {
-            return Self { used: sound, flagged: 0, uncertain: 0 };
+            return Self { frames: 0..sound.len(), used: sound, flagged: 0, uncertain: 0 };
         }
         let uncertain = |t: &usize| {
             let mut other = flags(*t);
@@ -238,8 +310,23 @@ impl Usable {
         Self {
             flagged: count(&filled) - count(&sound),
             uncertain: (0..filled.len()).filter(uncertain).count(),
+            frames: 0..filled.len(),
             used: filled,
         }
+    }
+
+    /// The same of some of the frames.
+    fn within(
+        masks: &[CroppedMask],
+        reports: &[FrameReport],
+        flagged: FlaggedFrames,
+        frames: Range<usize>,
+    ) -> Self {
+        let reports = reports.get(frames.clone()).unwrap_or_default();
+        let own = Self::of(&masks[frames.clone()], reports, flagged);
+        let mut used = vec![false; masks.len()];
+        used[frames.clone()].copy_from_slice(&own.used);
+        Self { used, frames, ..own }
     }
 }
 
@@ -304,7 +391,7 @@ mod tests {
         let analysed = |masks: &[Mask]| {
             let masks = cropped(masks);
             let usable = Usable::of(&masks, &reports, FlaggedFrames::LeaveOut);
-            analyse_usable(&masks, usable, 25.0, 2, Trends::default(), &settings).unwrap()
+            analyse_usable(&masks, usable, 25.0, 2, Trends::default(), &settings).unwrap().0
         };
         let found = analysed(&masks);
         assert!(!found.used[17] && found.used[16]);

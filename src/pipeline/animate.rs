@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::choose::resolved_method;
 use super::feet;
+use super::pan::{self, Pan};
 use super::stages::{json, weights};
 use super::timing::{self, LoopTiming, Timed};
 use super::{Options, Outcome};
@@ -62,12 +63,15 @@ pub(super) fn animate_reads(shot: &Shot, file: &File) -> Result<Reads> {
         shot.fps(),
         shot.name(),
     );
+    let segment = shot.diagnosis()?.animated_frames();
     let mut reads = Reads::from([
+        ("segment".to_owned(), format!("{}-{}", segment.start, segment.end)),
         ("weights".to_owned(), hash_file(&shot.path(paths::WEIGHTS))?),
         ("rig".to_owned(), hash_files(&rig_files)?),
         ("settings".to_owned(), hash_value(&settings)),
     ]);
     timing::reads(shot, &mut reads)?;
+    pan::reads(shot, &mut reads)?;
     Ok(reads)
 }
 
@@ -80,14 +84,18 @@ fn write(
     options: Options,
 ) -> Result<(StoredAnimation, Outcome)> {
     let settings = &shot.settings.animation;
-    let Timed { values, fps, looped } = timing::timed(shot, table)?;
+    let frames = animated_frames(shot, table)?;
+    let Timed { values, fps, looped } = timing::timed(shot, table, frames.clone())?;
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
     let poses = KeyPoses::read(file, specs, shot.fps())?;
     let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
     if !options.progress.step(Stage::Animate, 1, Some(2)) {
         return Err(Error::Interrupted);
     }
-    let mut ground = feet::stand(shot, file, &mut clip, looped.is_some())?;
+    let pan = Pan::of(shot, frames.clone())?;
+    // A loop is stretched to whole frames.
+    let faster = settings.retime / looped.map_or(1.0, |l| l.stretch);
+    let mut ground = feet::stand(shot, file, &mut clip, looped.is_some(), pan, faster)?;
     if looped.is_some() {
         let start = smoothest_start(&clip);
         begin_at(&mut clip, start);
@@ -123,6 +131,7 @@ fn write(
         animation: appended.animation,
         fps,
         frames: clip.poses.len(),
+        first_frame: frames.start,
         method: method.to_owned(),
         weight_range: range(&values),
         sum_range: range(&sums),
@@ -136,6 +145,13 @@ fn write(
     writer.put(paths::ANIMATION, &json(&animation)?)?;
     let kept = writer.commit()?.kept;
     Ok((animation, Outcome { ran: true, kept }))
+}
+
+/// The frames of the chosen segment. A table of another length has been edited and is taken whole.
+fn animated_frames(shot: &Shot, table: &WeightTable) -> Result<std::ops::Range<usize>> {
+    let diagnosis = shot.diagnosis()?;
+    let fits = diagnosis.frames == table.frames();
+    Ok(if fits { diagnosis.animated_frames() } else { 0..table.frames() })
 }
 
 /// Lets a loop begin with another of its poses.

@@ -3,8 +3,9 @@
 use crate::error::{Error, Result};
 use crate::interpolate::{self, KernelSettings, Switching, Weights};
 use crate::keys::{
-    ExpectedDegrees, KeyChoice, KeySettings, Partner, PartnerSettings, PhaseKeySettings, PhaseKeys,
-    PhasedFrames, choose_keys, choose_keys_on_phase, pose_budget, propose_partners,
+    BudgetLine, ExpectedDegrees, KeyChoice, KeySettings, Partner, PartnerSettings,
+    PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys, choose_keys_on_drift,
+    choose_keys_on_phase, pose_budget, propose_partners,
 };
 use crate::numeric::Coefficients;
 use crate::shot;
@@ -100,7 +101,17 @@ pub fn resolved_method(
 /// # Errors
 /// As [`choose_keys_on_phase`].
 pub fn keys_by_phase(phase: &shot::PhaseTable, wanted: &KeySettings) -> Result<PhaseKeys> {
-    choose_keys_on_phase(phased_frames(phase), &phase_settings(wanted))
+    keys_over(phase, &phase_settings(wanted))
+}
+
+/// Keys over the phase, and beside it over the drift of the view where there is one.
+fn keys_over(phase: &shot::PhaseTable, settings: &PhaseKeySettings) -> Result<PhaseKeys> {
+    let frames = phased_frames(phase);
+    if phase.drifts() {
+        choose_keys_on_drift(frames, &phase.drift, settings)
+    } else {
+        choose_keys_on_phase(frames, settings)
+    }
 }
 
 fn phased_frames(phase: &shot::PhaseTable) -> PhasedFrames<'_> {
@@ -129,7 +140,7 @@ pub struct KeysOnPhase {
     /// The mean error to expect, degrees.
     pub expected_error_deg: Option<ExpectedDegrees>,
     /// The same for other numbers of keys.
-    pub budget: Vec<shot::BudgetLine>,
+    pub budget: Vec<BudgetLine>,
     /// The frame that one more key beside these would take.
     pub next_frame: Option<usize>,
 }
@@ -146,19 +157,43 @@ pub fn choose_by_phase(
     sweep: Option<f64>,
 ) -> Result<KeysOnPhase> {
     let (frames, settings) = (phased_frames(phase), phase_settings(wanted));
-    let chosen = choose_keys_on_phase(frames, &settings)?;
-    let budget = pose_budget(frames, &settings, BUDGET, sweep)?;
+    let chosen = keys_over(phase, &settings)?;
+    let degrees = |share| sweep.map(|s| ExpectedDegrees::of(share, s));
+    let budget = if phase.drifts() {
+        let line = |keys| {
+            let found = keys_over(phase, &PhaseKeySettings { keys, ..settings.clone() }).ok()?;
+            let expected_error_share = found.expected_error_share;
+            let expected_error_deg = degrees(expected_error_share);
+            Some(BudgetLine { keys, expected_error_share, expected_error_deg })
+        };
+        BUDGET.filter_map(line).collect()
+    } else {
+        pose_budget(frames, &settings, BUDGET, sweep)?
+    };
     let one_more =
         PhaseKeySettings { keys: wanted.keys + 1, force: chosen.frames.clone(), ..settings };
-    let next = choose_keys_on_phase(frames, &one_more)
+    let next = keys_over(phase, &one_more)
         .ok()
         .and_then(|keys| keys.frames.into_iter().find(|f| !chosen.frames.contains(f)));
-    let expected_error_deg = sweep.map(|s| ExpectedDegrees::of(chosen.expected_error_share, s));
+    let expected_error_deg = degrees(chosen.expected_error_share);
     Ok(KeysOnPhase { chosen, expected_error_deg, budget, next_frame: next })
 }
 
 /// Numbers of keys in the pose budget.
 const BUDGET: std::ops::RangeInclusive<usize> = 2..=12;
+
+/// The weights of poses at the given frames over the gait phase, and over the drift of the view where there is one. The
+/// drift's are those of the ridge, the phase's alone do without.
+///
+/// # Errors
+/// As [`interpolate::weights_over_phase`].
+pub fn phase_weights(phase: &shot::PhaseTable, poses: &[usize], ridge: f64) -> Result<Weights> {
+    if phase.drifts() {
+        interpolate::weights_over_drift(&phase.stride_cycles, &phase.drift, poses, ridge)
+    } else {
+        interpolate::weights_over_phase(&phase.stride_cycles, poses)
+    }
+}
 
 /// The weights of all poses: of the keys, or with switching of keys and partners. The method
 /// `auto` switches where there are partners, and goes by the gait phase (`stride_cycles`, one

@@ -2,17 +2,25 @@
 
 use serde_json::{Value, json};
 
+use super::pan::Pan;
 use crate::error::{Error, Result};
 use crate::feet::{
     Foot, Footfalls, GaitReport, Limb, Planted, common_root, find_feet, foot_tracks, footfalls,
     gait_report, plant, travel,
 };
 use crate::rig::{Clip, File, Model};
-use crate::shot::{Root, Shot, StoredContact, StoredFeet, StoredFoot, StoredPlanting};
+use crate::shot::{
+    Root, Shot, SpeedFrom, StoredContact, StoredFeet, StoredFoot, StoredPan, StoredPlanting,
+};
 
-/// Planting that raises the angular acceleration of the legs by more than this factor is worth a look: the
-/// clean cycles measured stay below 1.3, sliding ones reach 2.
+/// Planting that raises the angular acceleration of the legs by more than this factor is worth a look: of the rigs'
+/// own cycles, some of which slide by a quarter of a leg, it is 1.6 at most.
 const ROUGHER: f64 = 2.0;
+
+/// The ground goes at the footage's speed where the feet's is within this share of it. Four poses a stride give
+/// the feet's to a quarter; farther off, the scale or the background is wrong (grass hides the legs, a camera
+/// on rails sees the distance pass slowly).
+const SPEEDS_AGREE: f64 = 0.3;
 
 /// The feet of a clip and what they do.
 pub(super) struct Ground {
@@ -20,17 +28,24 @@ pub(super) struct Ground {
     falls: Footfalls,
     gait: Option<GaitReport>,
     planted: Option<Planted>,
+    /// Speed of the ground by the feet alone, rig units a second.
+    feet_speed: f64,
+    pan: Option<StoredPan>,
 }
 
 /// Finds the feet and, when the settings say so, plants them. `None` when no feet are found on the ground.
+/// `pan` is what the footage says of the speed; the animation plays `faster` times as fast.
 ///
 /// # Errors
-/// [`Error::Setting`] for a foot that is named and is no node of the rig.
+/// [`Error::Setting`] for a foot that is named and is no node of the rig, and for the pan's speed where there
+/// is none.
 pub(super) fn stand(
     shot: &Shot,
     file: &File,
     clip: &mut Clip,
     looped: bool,
+    pan: Option<Pan>,
+    faster: f64,
 ) -> Result<Option<Ground>> {
     let settings = &shot.settings.feet;
     let skeleton = file.skeleton();
@@ -44,11 +59,43 @@ pub(super) fn stand(
     let tracks = foot_tracks(skeleton, &clip.poses, &feet);
     let Some(mut falls) = footfalls(&tracks, clip.fps, looped) else { return Ok(None) };
     let gait = gait_report(&tracks, &falls);
+    let pan = pan.zip(mean_height(&model, clip)).map(|(pan, height)| pan.on_rig(height, faster));
+    let feet_speed = falls.speed;
+    falls.speed = ground_speed(settings.speed, feet_speed, pan.as_ref())?;
     let planted = settings.plant.then(|| plant(skeleton, clip, &feet, &falls));
     if let Some(planted) = &planted {
         falls.contacts.clone_from(&planted.contacts);
     }
-    Ok(Some(Ground { feet, falls, gait, planted }))
+    Ok(Some(Ground { feet, falls, gait, planted, feet_speed, pan }))
+}
+
+/// The speed that the ground is to have, rig units a second.
+fn ground_speed(wanted: SpeedFrom, feet: f64, pan: Option<&StoredPan>) -> Result<f64> {
+    match (wanted, pan.map(|p| p.ground_speed)) {
+        (SpeedFrom::Pan, Some(pan)) => Ok(pan),
+        (SpeedFrom::Pan, None) => Err(Error::setting(
+            "feet.speed",
+            "is not «pan» where the camera's motion (analysis/camera.csv, of footage) or the rig's height is unknown",
+        )),
+        (SpeedFrom::Auto, Some(pan)) if agree(feet, pan) => Ok(pan),
+        _ => Ok(feet),
+    }
+}
+
+fn agree(feet: f64, pan: f64) -> bool {
+    (feet - pan).abs() <= SPEEDS_AGREE * pan
+}
+
+/// Mean height of what can be seen of the rig over the poses; `None` of a rig that cannot be drawn.
+fn mean_height(model: &Model, clip: &Clip) -> Option<f64> {
+    let height = |pose| {
+        let ends = (model.posed_vertices(pose).iter().flatten())
+            .fold((f64::MAX, f64::MIN), |e, v| (e.0.min(v.y), e.1.max(v.y)));
+        ends.1 - ends.0
+    };
+    let sum: f64 = clip.poses.iter().map(height).sum();
+    let mean = sum / clip.poses.len() as f64;
+    (mean.is_finite() && mean > 0.0).then_some(mean)
 }
 
 fn named_nodes(shot: &Shot, file: &File) -> Result<Vec<usize>> {
@@ -100,6 +147,9 @@ impl Ground {
             gait: self.gait.as_ref().and_then(|g| g.name.clone()),
             warnings: self.warnings(shot, root),
             ground_speed: self.falls.speed,
+            ground_speed_from: self.speed_from().to_owned(),
+            feet_speed: self.feet_speed,
+            pan: self.pan,
             ground_speed_leg_lengths: self.falls.speed / mean_leg,
             forward: [forward.x, forward.y, forward.z],
             stride_s,
@@ -116,6 +166,11 @@ impl Ground {
         }
     }
 
+    fn speed_from(&self) -> &'static str {
+        let by_pan = self.pan.is_some_and(|p| p.ground_speed == self.falls.speed);
+        if by_pan { SpeedFrom::Pan } else { SpeedFrom::Feet }.name()
+    }
+
     fn warnings(&self, shot: &Shot, root: Option<usize>) -> Vec<String> {
         let mut all: Vec<String> = self.gait.iter().filter_map(|g| g.warning.clone()).collect();
         let rougher =
@@ -124,6 +179,14 @@ impl Ground {
             all.push(format!(
                 "planting raises the angular acceleration of the legs {:.1} times; name the feet (feet.nodes) or leave them (--no-plant) if it looks wrong",
                 p.rms_acceleration_deg_s2[1] / p.rms_acceleration_deg_s2[0]
+            ));
+        }
+        if let Some(pan) = self.pan.filter(|p| !agree(self.feet_speed, p.ground_speed)) {
+            all.push(format!(
+                "the feet push the ground by {:.3} units a second, the footage shows {:.3}; --speed feet or pan says which counts (now: {})",
+                self.feet_speed,
+                pan.ground_speed,
+                self.speed_from()
             ));
         }
         if shot.settings.feet.root == Root::Travel && root.is_none() {

@@ -13,24 +13,28 @@ mod feet;
 mod footage;
 mod kept;
 mod new;
+mod pan;
 mod progress;
 mod segment;
+mod segments;
 mod spool;
 mod stages;
 mod status;
 mod timing;
+mod view_drift;
 
-pub use analysis::{MaskAnalysis, Trends, analyse_masks};
+pub use analysis::{MaskAnalysis, MaskClip, Trends, analyse_masks};
 pub use animate::{AnimationResult, animate};
 pub use choose::{
     Chosen, KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, keys_by_phase,
-    resolved_method, time_order,
+    phase_weights, resolved_method, time_order,
 };
 pub use demo::{demo, pose_from_truth};
 pub use drift::ShapeDrift;
 pub use new::{NewShot, NewShotReport, new_shot};
 pub use progress::{NoProgress, Progress};
 pub use segment::{FlaggedLine, SegmentSummary, SilhouetteLine, segment};
+pub use segments::{Segment, SegmentGait, analyse_segments};
 pub use stages::{AnalyzeResult, KeysResult, analyze, keys, stored_masks_hash, weights};
 pub use status::{StageState, stage_states};
 

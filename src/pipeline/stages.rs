@@ -1,19 +1,21 @@
 //! The stages between masks and poses.
 
-use super::analysis::{MaskAnalysis, Trends, Usable, analyse_usable};
+use super::analysis::{MaskAnalysis, MaskClip, Trends};
 use super::choose::{
-    KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, resolved_method,
+    KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, phase_weights,
+    resolved_method,
 };
 use super::segment::segment;
+use super::segments::{analyse_segments, segments_csv, stored_segments};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
 use crate::image::Picture;
 use crate::image_pca::{Changes, GreyImage};
 use crate::keys::KeySettings;
 use crate::shot::{
-    Freshness, KeyImage, Method, PhaseTable, Projections, Reads, Shot, Stage, StoredComponent,
-    StoredDiagnosis, StoredDrift, StoredKeys, StoredStride, StoredTrend, WeightTable, hash_file,
-    hash_files, hash_value, number, paths, read, table,
+    Freshness, KeyImage, Method, Projections, Reads, Shot, Stage, StoredComponent, StoredDiagnosis,
+    StoredDrift, StoredKeys, StoredStride, StoredTrend, WeightTable, hash_file, hash_files,
+    hash_value, number, paths, read, table,
 };
 use crate::spectrum;
 
@@ -50,7 +52,7 @@ pub fn stored_masks_hash(shot: &Shot) -> Result<String> {
 /// Masks to coefficients, spectrum and verdict.
 ///
 /// # Errors
-/// As [`segment`] and [`analyse_masks`](super::analyse_masks).
+/// As [`segment`] and [`analyse_segments`](super::analyse_segments).
 pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     segment(shot, options.for_earlier_stage())?;
     let reads = analyze_reads(shot)?;
@@ -66,17 +68,18 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
         gait: shot.settings.analysis.gait,
         band_pass: shot.settings.analysis.band_pass,
     };
-    let found = analyse_usable(
-        &masks,
-        Usable::of(&masks, &reports, shot.settings.analysis.flagged_frames),
-        shot.fps(),
-        shot.settings.analysis.components,
-        Trends {
+    let clip = MaskClip {
+        masks: &masks,
+        reports: &reports,
+        flagged: shot.settings.analysis.flagged_frames,
+        fps: shot.fps(),
+        components: shot.settings.analysis.components,
+        trends: Trends {
             scale: shot.settings.silhouette.scale_trend,
             shape: shot.settings.analysis.shape_drift,
         },
-        &wanted,
-    )?;
+    };
+    let found = analyse_segments(&clip, &wanted, shot.settings.analysis.segment)?;
     step(options, Stage::Analyze, 2, 3)?;
     let diagnosis = stored_diagnosis(&found, shot.fps());
     let mut writer = shot.begin(Stage::Analyze, reads, options.force)?;
@@ -88,8 +91,8 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
     };
     writer.put(paths::PROJECTIONS, projections.to_csv().as_bytes())?;
     writer.put(paths::SPECTRUM, spectrum_csv(&found).as_bytes())?;
-    if let Some(gait) = &found.gait {
-        let phase = PhaseTable::of(gait);
+    writer.put(paths::SEGMENTS, segments_csv(&diagnosis.segments).as_bytes())?;
+    if let Some(phase) = found.phase_table() {
         writer.put(paths::PHASE, phase.frames_csv(shot.fps()).as_bytes())?;
         writer.put(paths::CYCLE, phase.cycle_csv().as_bytes())?;
     }
@@ -170,7 +173,8 @@ fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
             half_cycles: d.half_cycles,
             removed: d.removed,
         }),
-        bad_frames: (0..found.used.len()).filter(|&t| !found.used[t]).collect(),
+        bad_frames: found.frames.clone().filter(|&t| !found.used[t]).collect(),
+        segments: stored_segments(found),
     }
 }
 
@@ -342,14 +346,19 @@ pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable
     if options.force || shot.freshness(Stage::Weights, &reads) == Freshness::Stale {
         let coefficients = used_coefficients(shot, &shot.projections()?);
         let phase = shot.phase(coefficients.frames())?;
-        let found = interpolation_weights(
-            &coefficients,
-            &chosen.key_frames(),
-            &chosen.partner_frames(),
-            diagnosis.step_frames,
-            phase.as_ref().map(|p| p.stride_cycles.as_slice()),
-            &shot.settings.animation,
-        )?;
+        let (keys, partners) = (chosen.key_frames(), chosen.partner_frames());
+        let settings = &shot.settings.animation;
+        let by_phase = phase.as_ref().filter(|_| {
+            resolved_method(settings.method, !partners.is_empty(), true)
+                .is_ok_and(|method| method == Method::Phase)
+        });
+        let found = if let Some(phase) = by_phase {
+            let poses: Vec<usize> = keys.iter().chain(&partners).copied().collect();
+            phase_weights(phase, &poses, settings.ridge)?
+        } else {
+            let step = diagnosis.step_frames;
+            interpolation_weights(&coefficients, &keys, &partners, step, None, settings)?
+        };
         for &frame in found.phase_conflicts() {
             tracing::warn!(
                 frame,

@@ -1,5 +1,7 @@
 //! The weights of the footage's frames on the time grid of the animation.
 
+use std::ops::Range;
+
 use crate::error::{Error, Result};
 use crate::interpolate::{evened, loop_frames, resample, seamless};
 use crate::numeric::CyclePhase;
@@ -40,8 +42,9 @@ pub(super) fn reads(shot: &Shot, reads: &mut Reads) -> Result<()> {
     Ok(())
 }
 
-/// Brings a table of weights to the wanted rate, speed and, if asked for, to a loop.
-pub(super) fn timed(shot: &Shot, table: &WeightTable) -> Result<Timed> {
+/// Brings some frames of a table of weights to the wanted rate, speed and, if asked for, to a loop.
+pub(super) fn timed(shot: &Shot, all: &WeightTable, frames: Range<usize>) -> Result<Timed> {
+    let table = &all.rows(frames.clone());
     let settings = &shot.settings.animation;
     let fps = if settings.fps > 0.0 { settings.fps } else { shot.fps() };
     // Source frames from one frame of the animation to the next.
@@ -61,10 +64,10 @@ pub(super) fn timed(shot: &Shot, table: &WeightTable) -> Result<Timed> {
         return Ok(Timed { values, fps, looped: None });
     }
     let strides = settings.loop_strides;
-    let phase = evened(&stride_phase_cycles(shot, table)?);
-    let frames = loop_frames(&phase, strides).ok_or(Error::LoopTooShort { strides, seen: 0.0 })?
+    let phase = evened(&stride_phase_cycles(shot, all)?[frames]);
+    let length = loop_frames(&phase, strides).ok_or(Error::LoopTooShort { strides, seen: 0.0 })?
         / step_frames;
-    let intervals = frames.round().max(2.0);
+    let intervals = length.round().max(2.0);
     let made = seamless(&table.values, table.poses, &phase, strides, intervals as usize)?;
     Ok(Timed {
         values: limited(shot, table, made.values),
@@ -72,7 +75,7 @@ pub(super) fn timed(shot: &Shot, table: &WeightTable) -> Result<Timed> {
         looped: Some(LoopTiming {
             strides,
             strides_seen: made.strides_seen,
-            stretch: intervals / frames,
+            stretch: intervals / length,
         }),
     })
 }

@@ -23,16 +23,16 @@ pub use phase_table::PhaseTable;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
 pub use settings::{
-    Analysis, Animation, Feet, FlaggedFrames, Keys, Method, PoseOfKey, Poses, Root, ShotFile,
-    Source,
+    Analysis, Animation, Feet, FlaggedFrames, Keys, Method, PoseOfKey, Poses, Root, SegmentChoice,
+    ShotFile, Source, SpeedFrom,
 };
 pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};
 pub use store::{hash_file, hash_files, hash_value, read, write_atomically};
 pub use stored::{
     BudgetLine, ExpectedDegrees, KeyImage, StoredAnimation, StoredComponent, StoredContact,
-    StoredDiagnosis, StoredDrift, StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPlanting,
-    StoredStride, StoredTrend,
+    StoredDiagnosis, StoredDrift, StoredFeet, StoredFoot, StoredKeys, StoredLoop, StoredPan,
+    StoredPlanting, StoredSegment, StoredStride, StoredTrend,
 };
 pub use tables::{Projections, WeightTable, number, table};
 
@@ -92,6 +92,8 @@ pub mod paths {
     pub const PHASE: &str = "analysis/phase.csv";
     /// The scores over a stride.
     pub const CYCLE: &str = "analysis/cycle.csv";
+    /// The stretches between stops, jumps and changes of gait.
+    pub const SEGMENTS: &str = "analysis/segments.csv";
     /// Spectra.
     pub const SPECTRUM: &str = "analysis/spectrum.csv";
     /// The verdict.

@@ -21,6 +21,9 @@ pub struct PhaseTable {
     pub trust: Vec<f64>,
     /// The silhouette's scores over the stride, weighted by their deviations.
     pub cycle: Harmonics,
+    /// How far the view has drifted at each frame, in standard deviations over the clip; 0 throughout where it does
+    /// not drift.
+    pub drift: Vec<f64>,
 }
 
 impl PhaseTable {
@@ -32,13 +35,20 @@ impl PhaseTable {
             deviation_cycles: phase.deviation_cycles.clone(),
             trust: phase.trust.clone(),
             cycle: phase.cycle.clone(),
+            drift: vec![0.0; phase.stride_cycles.len()],
         }
     }
 
-    /// One row a frame: frame, `time_s`, `stride_cycles`, `deviation_cycles`, trust.
+    /// Whether the view drifts.
+    #[must_use]
+    pub fn drifts(&self) -> bool {
+        self.drift.iter().any(|d| *d != 0.0)
+    }
+
+    /// One row a frame: frame, `time_s`, `stride_cycles`, `deviation_cycles`, trust, drift.
     #[must_use]
     pub fn frames_csv(&self, fps: f64) -> String {
-        let header = ["frame", "time_s", "stride_cycles", "deviation_cycles", "trust"];
+        let header = ["frame", "time_s", "stride_cycles", "deviation_cycles", "trust", "drift"];
         let rows = (0..self.stride_cycles.len()).map(|t| {
             vec![
                 t.to_string(),
@@ -46,6 +56,7 @@ impl PhaseTable {
                 number(self.stride_cycles[t]),
                 number(self.deviation_cycles[t]),
                 number(self.trust[t]),
+                number(self.drift[t]),
             ]
         });
         table(&header.map(str::to_owned), rows)
@@ -70,8 +81,8 @@ impl PhaseTable {
 
     fn from_csv(frames: (&Path, &[u8]), cycle: (&Path, &[u8])) -> Result<Self> {
         let rows = numbers(frames.0, frames.1)?;
-        if rows.first().is_none_or(|r| r.len() != 5) {
-            let what = "columns are frame, time_s, stride_cycles, deviation_cycles, trust";
+        if rows.first().is_none_or(|r| r.len() != 6) {
+            let what = "columns are frame, time_s, stride_cycles, deviation_cycles, trust, drift";
             return Err(Error::table(frames.0, 1, what));
         }
         let harmonics: Vec<(Vec<f64>, Vec<f64>)> = numbers(cycle.0, cycle.1)?
@@ -88,7 +99,8 @@ impl PhaseTable {
                 Error::table(cycle.0, 2, "every harmonic has a cosine and a sine of each component")
             })?;
         let column = |at: usize| rows.iter().map(|r| r[at]).collect::<Vec<f64>>();
-        Ok(Self { stride_cycles: column(2), deviation_cycles: column(3), trust: column(4), cycle })
+        let (stride_cycles, deviation_cycles) = (column(2), column(3));
+        Ok(Self { stride_cycles, deviation_cycles, trust: column(4), cycle, drift: column(5) })
     }
 }
 
@@ -128,6 +140,7 @@ mod tests {
             deviation_cycles: vec![0.01, 0.02, 1.0 / 7.0],
             trust: vec![1.0, 0.0, 0.5],
             cycle: cycle.unwrap(),
+            drift: vec![-1.2, 0.0, 1.0 / 3.0],
         };
         let path = Path::new("phase.csv");
         let (frames, cycle) = (table.frames_csv(24.0), table.cycle_csv());

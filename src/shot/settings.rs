@@ -136,6 +136,8 @@ pub struct Analysis {
     pub flagged_frames: FlaggedFrames,
     /// Whether slow changes of the silhouette's shape are removed before the PCA.
     pub shape_drift: TrendRemoval,
+    /// Which stretch between stops, jumps and changes of gait is analysed and animated.
+    pub segment: SegmentChoice,
 }
 
 impl Default for Analysis {
@@ -146,6 +148,51 @@ impl Default for Analysis {
             band_pass: true,
             flagged_frames: FlaggedFrames::LeaveOut,
             shape_drift: TrendRemoval::Auto,
+            segment: SegmentChoice::Auto,
+        }
+    }
+}
+
+/// Which stretch of a clip is analysed and animated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum SegmentChoice {
+    /// The one with the best verdict, of equal ones the one that lasts longest.
+    #[default]
+    Auto,
+    /// The whole clip, whatever happens in it.
+    Whole,
+    /// That of this number, from 1.
+    Number(usize),
+}
+
+impl From<SegmentChoice> for String {
+    fn from(choice: SegmentChoice) -> Self {
+        match choice {
+            SegmentChoice::Auto => "auto".to_owned(),
+            SegmentChoice::Whole => "whole".to_owned(),
+            SegmentChoice::Number(number) => number.to_string(),
+        }
+    }
+}
+
+impl TryFrom<String> for SegmentChoice {
+    type Error = String;
+
+    fn try_from(text: String) -> std::result::Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl std::str::FromStr for SegmentChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.parse()) {
+            ("auto", _) => Ok(Self::Auto),
+            ("whole", _) => Ok(Self::Whole),
+            (_, Ok(number)) if number > 0 => Ok(Self::Number(number)),
+            _ => Err(format!("segment is auto, whole, or a number from 1, not «{text}»")),
         }
     }
 }
@@ -282,6 +329,31 @@ impl Root {
     }
 }
 
+/// What the ground's speed is taken from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpeedFrom {
+    /// The footage where it is known and the feet agree, else the feet.
+    #[default]
+    Auto,
+    /// The feet that are down.
+    Feet,
+    /// The silhouette's way against the background.
+    Pan,
+}
+
+impl SpeedFrom {
+    /// The word in settings and documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            SpeedFrom::Auto => "auto",
+            SpeedFrom::Feet => "feet",
+            SpeedFrom::Pan => "pan",
+        }
+    }
+}
+
 /// `[feet]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -292,11 +364,13 @@ pub struct Feet {
     pub plant: bool,
     /// Root motion.
     pub root: Root,
+    /// Whether the ground goes at the feet's speed or the footage's.
+    pub speed: SpeedFrom,
 }
 
 impl Default for Feet {
     fn default() -> Self {
-        Self { nodes: Vec::new(), plant: true, root: Root::InPlace }
+        Self { nodes: Vec::new(), plant: true, root: Root::InPlace, speed: SpeedFrom::Auto }
     }
 }
 
@@ -426,6 +500,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
         "analysis.shape_drift",
         "Remove slow changes of shape (an animal that turns, or passes the camera close by) before the PCA: auto, on, off.",
     ),
+    (
+        "analysis.segment",
+        "A stop, a jump or a change of gait cuts the clip into segments (analysis/segments.csv): \"auto\" takes the best, \"2\" the second, \"whole\" the clip as it is.",
+    ),
     ("keys.count", "Number of key images; keys.json says what error to expect with more or fewer."),
     (
         "keys.components",
@@ -480,6 +558,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     (
         "feet.root",
         "in-place (the ground passes below the animal) or travel (the animal goes at the ground's speed).",
+    ),
+    (
+        "feet.speed",
+        "Where the ground's speed comes from: feet (those that are down), pan (the silhouette's way against the background), auto (the pan where the feet agree to 30 %).",
     ),
     ("poses.rig", "The rig's file."),
 ];

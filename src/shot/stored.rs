@@ -60,6 +60,41 @@ pub struct StoredDiagnosis {
     pub shape_drift: Option<StoredDrift>,
     /// Frames left out of the PCA and bridged: their mask is empty or flagged.
     pub bad_frames: Vec<usize>,
+    /// The stretches between stops, jumps and changes of gait; all the rest is of the chosen one.
+    #[serde(default)]
+    pub segments: Vec<StoredSegment>,
+}
+
+impl StoredDiagnosis {
+    /// The frames that were analysed, which are the ones that are animated.
+    #[must_use]
+    pub fn animated_frames(&self) -> std::ops::Range<usize> {
+        let chosen = self.segments.iter().find(|s| s.chosen);
+        chosen.map_or(0..self.frames, |s| s.first_frame..(s.last_frame + 1).min(self.frames))
+    }
+}
+
+/// One segment in `diagnosis.json` and `segments.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredSegment {
+    /// Its number, from 1.
+    pub segment: usize,
+    /// Its first frame.
+    pub first_frame: usize,
+    /// Its last frame.
+    pub last_frame: usize,
+    /// Whether the analysis, keys and animation are of this one.
+    pub chosen: bool,
+    /// "usable", "doubtful" or "unusable"; null where no gait repeats.
+    pub verdict: Option<String>,
+    /// Repeats of the silhouette.
+    pub cycles: Option<f64>,
+    /// Frames from one repeat to the next.
+    pub step_frames: Option<f64>,
+    /// Frames a stride; null when it cannot be told.
+    pub stride_frames: Option<f64>,
+    /// Share of the variance that one stride, repeated, explains.
+    pub explained_share: Option<f64>,
 }
 
 /// The slow change of shape in `diagnosis.json`.
@@ -233,6 +268,9 @@ pub struct StoredAnimation {
     pub fps: f64,
     /// Number of frames.
     pub frames: usize,
+    /// The frame of the footage that the first one belongs to.
+    #[serde(default)]
+    pub first_frame: usize,
     /// "phase", "rbf" or "switching".
     pub method: String,
     /// Smallest and largest weight of any pose.
@@ -263,6 +301,15 @@ pub struct StoredFeet {
     pub warnings: Vec<String>,
     /// Speed over the ground, rig units a second.
     pub ground_speed: f64,
+    /// "feet" or "pan": where it was taken from.
+    #[serde(default = "by_feet")]
+    pub ground_speed_from: String,
+    /// What the feet alone say, rig units a second.
+    #[serde(default)]
+    pub feet_speed: f64,
+    /// What the footage says; null without a camera, or for a rig that cannot be drawn.
+    #[serde(default)]
+    pub pan: Option<StoredPan>,
     /// The same in mean leg lengths a second.
     pub ground_speed_leg_lengths: f64,
     /// Where the animal goes: a horizontal unit vector.
@@ -279,6 +326,25 @@ pub struct StoredFeet {
     pub planted: Option<StoredPlanting>,
     /// The feet.
     pub feet: Vec<StoredFoot>,
+}
+
+fn by_feet() -> String {
+    crate::shot::SpeedFrom::Feet.name().to_owned()
+}
+
+/// The animal's way against the background in `animation.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredPan {
+    /// Speed over the ground, rig units a second of the animation.
+    pub ground_speed: f64,
+    /// The same in lengths of the silhouette a second.
+    pub body_lengths_a_second: f64,
+    /// Pixels a second of the footage, positive to the right.
+    pub px_a_second: f64,
+    /// Pixels a unit of the rig: the silhouettes' mean height over that of the animated rig.
+    pub px_a_unit: f64,
+    /// From how many pairs of frames.
+    pub steps: usize,
 }
 
 /// One foot in `animation.json`.

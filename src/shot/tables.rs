@@ -97,6 +97,19 @@ impl WeightTable {
         }
     }
 
+    /// The rows of some frames.
+    ///
+    /// # Panics
+    /// When `frames` are not all frames of the table.
+    #[must_use]
+    pub fn rows(&self, frames: std::ops::Range<usize>) -> Self {
+        Self {
+            poses: self.poses,
+            values: self.values[frames.start * self.poses..frames.end * self.poses].to_vec(),
+            models: self.models[frames].to_vec(),
+        }
+    }
+
     /// Number of frames.
     #[must_use]
     pub fn frames(&self) -> usize {

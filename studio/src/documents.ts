@@ -58,6 +58,7 @@ export interface AnimationSummary {
   animation: string;
   fps: number;
   frames: number;
+  first_frame: number;
   method: string;
   weight_range: [number, number];
   sum_range: [number, number];

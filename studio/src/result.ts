@@ -86,7 +86,9 @@ export function result(main: HTMLElement, inspector: HTMLElement): () => void {
 
   const pose = (frame = store.frame) => {
     if (!summary) return;
-    const seconds = frame / store.opened.fps / summary.retime;
+    // The animation is that of a segment of the clip; before it the first pose is held.
+    const since = Math.max(0, frame - summary.first_frame);
+    const seconds = since / store.opened.fps / summary.retime;
     // A loop is played over and over beside the footage.
     const duration = summary.loop ? summary.loop.duration_s : (summary.frames - 1) / summary.fps;
     view.pose(summary.animation, summary.loop ? seconds % duration : Math.min(seconds, duration));

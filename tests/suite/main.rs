@@ -20,10 +20,12 @@ mod interpolate;
 mod layers;
 mod loops;
 mod node_packages;
+mod pan;
 mod report;
 mod resume;
 mod rig;
 mod samples;
+mod segments;
 mod shot_folder;
 mod silhouette;
 #[cfg(feature = "studio")]

@@ -161,6 +161,10 @@ pub(crate) struct Analyze {
     /// Whether frames whose silhouette is flagged are left out and bridged, or used as they are. Default: leave-out.
     #[arg(long, value_enum, value_name = "WHAT")]
     pub(crate) flagged: Option<Flagged>,
+    /// Which stretch between stops, jumps and changes of gait is analysed and animated: `auto` (the best), a number
+    /// from 1, or `whole` for the clip as it is. Default: auto.
+    #[arg(long, value_name = "auto|K|whole")]
+    pub(crate) segment: Option<String>,
     /// Exit with 3 when the clip is unusable.
     #[arg(long)]
     pub(crate) strict: bool,
@@ -267,6 +271,10 @@ pub(crate) struct Animate {
     /// Whether the animal stays in its place or travels at the speed its feet push it. Default: in-place.
     #[arg(long, value_enum)]
     pub(crate) root: Option<Root>,
+    /// What the ground's speed is taken from: the feet that are down, the animal's way against the background of the
+    /// footage, or the latter where the two agree. Default: auto.
+    #[arg(long, value_enum)]
+    pub(crate) speed: Option<Speed>,
     /// Hold feet that are down in their place (the default).
     #[arg(long, overrides_with = "no_plant")]
     pub(crate) plant: bool,
@@ -288,6 +296,17 @@ pub(crate) enum Root {
     InPlace,
     /// The animal goes over the ground.
     Travel,
+}
+
+/// What the ground's speed is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Speed {
+    /// The footage where the feet agree to 30 %, else the feet.
+    Auto,
+    /// The feet that are down.
+    Feet,
+    /// The footage's pan.
+    Pan,
 }
 
 /// How poses are interpolated.

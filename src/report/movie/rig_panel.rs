@@ -26,6 +26,8 @@ pub(super) struct RigPanel {
     camera: Camera,
     follow: Option<usize>,
     size: (usize, usize),
+    /// When it begins in the footage.
+    start_s: f64,
     retime: f64,
     duration_s: f64,
     looped: bool,
@@ -66,6 +68,7 @@ impl RigPanel {
             animation,
             follow,
             size,
+            start_s: stored.first_frame as f64 / shot.fps(),
             retime: stored.retime,
             duration_s: stored.frames.saturating_sub(1) as f64 / stored.fps,
             looped: stored.looped.is_some(),
@@ -74,7 +77,7 @@ impl RigPanel {
 
     /// The rig at a time of the footage, seconds.
     pub(super) fn at(&self, footage_s: f64) -> RgbImage {
-        let time_s = footage_s / self.retime;
+        let time_s = (footage_s - self.start_s).max(0.0) / self.retime;
         let time_s = match self.looped && self.duration_s > 0.0 {
             true => time_s % self.duration_s,
             false => time_s.min(self.duration_s),

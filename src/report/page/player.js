@@ -48,8 +48,8 @@
 
   // The animation's time: that of the footage, or round and round for a loop.
   function animationTime() {
-    const { duration: length, retime, looped } = data.animation;
-    const time = state.time / retime;
+    const { duration: length, start, retime, looped } = data.animation;
+    const time = Math.max(0, state.time - start) / retime;
     return looped && length > 0 ? time % length : Math.min(time, length);
   }
 

@@ -40,6 +40,8 @@ struct PlayerData<'a> {
 #[derive(Clone, Copy, Serialize)]
 struct Timing {
     duration: f64,
+    /// When it begins in the footage, seconds.
+    start: f64,
     /// Seconds of the footage a second of the animation.
     retime: f64,
     looped: bool,
@@ -106,6 +108,7 @@ pub(super) fn player(
     }
     let timing = animation.map(|a| Timing {
         duration: a.frames.saturating_sub(1) as f64 / a.fps,
+        start: a.first_frame as f64 / shot.fps(),
         retime: a.retime,
         looped: a.looped.is_some(),
     });

@@ -1,6 +1,6 @@
 //! `muybridge analyze`.
 
-use muybridge::shot::{FlaggedFrames, StoredDiagnosis};
+use muybridge::shot::{FlaggedFrames, StoredDiagnosis, StoredSegment};
 use muybridge::spectrum::Gait;
 use muybridge::work;
 
@@ -9,6 +9,7 @@ use crate::Ending;
 use crate::args::{Analyze, Flagged, GaitSymmetry};
 use crate::output::Output;
 use crate::terminal::Bars;
+use crate::usage;
 
 pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::Result<Ending> {
     let (mut shot, _lock) = open(&args.stage)?;
@@ -21,6 +22,12 @@ pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::R
             Flagged::LeaveOut => FlaggedFrames::LeaveOut,
             Flagged::Use => FlaggedFrames::Use,
         };
+        shot.save_settings()?;
+    }
+    if let Some(segment) = &args.segment {
+        shot.settings.analysis.segment = segment
+            .parse()
+            .map_err(|_| usage::wrong("--segment", segment, "auto, whole, or a number from 1"))?;
         shot.save_settings()?;
     }
     let result = work::analyze(&shot, options(bars, args.stage.force))?;
@@ -51,8 +58,32 @@ pub(crate) fn ending(diagnosis: &StoredDiagnosis, strict: bool) -> Ending {
     if strict && diagnosis.verdict == "unusable" { Ending::Unusable } else { Ending::Done }
 }
 
+/// The segments of a clip that has more than one.
+fn segments_text(segments: &[StoredSegment]) -> String {
+    if segments.len() < 2 {
+        return String::new();
+    }
+    let mut text = String::from("the motion changes: segments of the clip\n");
+    for s in segments {
+        let found = match (&s.verdict, s.cycles, s.step_frames) {
+            (Some(verdict), Some(cycles), Some(step)) => {
+                format!("{verdict}, repeats every {step:.2} frames, {cycles:.1} times")
+            }
+            _ => "nothing repeats".to_owned(),
+        };
+        let mark = if s.chosen { "  <- what follows is of this one" } else { "" };
+        text.push_str(&format!(
+            "  {}  frames {} to {}: {found}{mark}\n",
+            s.segment, s.first_frame, s.last_frame
+        ));
+    }
+    text.push_str("--segment K takes another, --segment whole the clip as it is\n");
+    text
+}
+
 pub(crate) fn text(d: &StoredDiagnosis) -> String {
-    let mut text = format!("verdict: {}\n", d.verdict);
+    let mut text = segments_text(&d.segments);
+    text.push_str(&format!("verdict: {}\n", d.verdict));
     for reason in &d.reasons {
         text.push_str(&format!("  - {reason}\n"));
     }
@@ -64,7 +95,10 @@ pub(crate) fn text(d: &StoredDiagnosis) -> String {
     }
     text.push_str(&format!(
         "silhouette repeats: {:.3} Hz, every {:.2} frames, {:.1} times in {} frames\n",
-        d.step_hz, d.step_frames, d.cycles, d.frames
+        d.step_hz,
+        d.step_frames,
+        d.cycles,
+        d.animated_frames().len()
     ));
     text.push_str(&match (d.stride_hz, d.stride_frames) {
         (Some(hz), Some(frames)) => {

@@ -12,7 +12,7 @@ use muybridge::work;
 
 use super::{open, options, shown};
 use crate::Ending;
-use crate::args::{Animate, Method, Root};
+use crate::args::{Animate, Method, Root, Speed};
 use crate::output::Output;
 use crate::terminal::Bars;
 
@@ -75,6 +75,13 @@ fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
             Root::Travel => shot::Root::Travel,
         };
     }
+    if let Some(speed) = args.speed {
+        feet.speed = match speed {
+            Speed::Auto => shot::SpeedFrom::Auto,
+            Speed::Feet => shot::SpeedFrom::Feet,
+            Speed::Pan => shot::SpeedFrom::Pan,
+        };
+    }
     animation.clamp |= args.clamp;
     animation.normalize |= args.normalize;
     Ok(())
@@ -96,16 +103,23 @@ fn copy_out(
 
 fn feet_text(f: &StoredFeet) -> String {
     let mut text = format!(
-        "{} feet, gait: {}; {} at {:.3} units a second",
+        "{} feet, gait: {}; {} at {:.3} units a second (by the {})",
         f.feet.len(),
         f.gait.as_deref().unwrap_or("none that has a name"),
         f.root,
-        f.ground_speed
+        f.ground_speed,
+        f.ground_speed_from
     );
     if let (Some(s), Some(length)) = (f.stride_s, f.stride_length) {
         text.push_str(&format!(", strides of {length:.3} units in {s:.3} s"));
     }
     text.push('\n');
+    if let Some(p) = &f.pan {
+        text.push_str(&format!(
+            "against the background: {:.2} body lengths a second, {:.3} units (feet {:.3})\n",
+            p.body_lengths_a_second, p.ground_speed, f.feet_speed
+        ));
+    }
     if let Some(p) = &f.planted {
         text.push_str(&format!(
             "planted: feet slide {:.2} % of a leg (before {:.1} %), angular acceleration {:.0} degrees/s² rms (before {:.0})\n",
@@ -138,8 +152,12 @@ fn loop_text(l: &StoredLoop) -> String {
 pub(crate) fn text(a: &StoredAnimation) -> String {
     let feet = a.feet.as_ref().map_or_else(String::new, feet_text);
     let looped = a.looped.as_ref().map_or_else(String::new, loop_text);
+    let from = match a.first_frame {
+        0 => String::new(),
+        frame => format!(", from frame {frame} of the footage on"),
+    };
     format!(
-        "{}\nanimation «{}»: {} frames at {} frames a second, by {}\n\
+        "{}\nanimation «{}»: {} frames at {} frames a second, by {}{from}\n\
          weights {:.3} to {:.3}, their sums {:.3} to {:.3}\n\
          largest turn of a joint between frames: {:.1} degrees\n{looped}{feet}",
         a.path,

@@ -1,0 +1,102 @@
+//! Clips in which the motion changes: acts of a rig's (or the built-in horse's) clips, one after the
+//! other, rendered as masks.
+
+use std::path::Path;
+
+use muybridge::mask::Mask;
+use muybridge::rig::{Driven, File, Pose};
+use muybridge::synthetic::{Gait, horse};
+use muybridge::validate::{Shooting, Truth};
+
+/// One stretch of the motion.
+#[derive(Clone, Copy, Debug)]
+pub enum Act<'a> {
+    /// A clip that repeats: name, frames, frames a cycle.
+    Cycle(&'a str, usize, f64),
+    /// The pose of the frame before, held.
+    Hold(usize),
+    /// A clip from its beginning to its end in so many frames.
+    Once(&'a str, usize),
+}
+
+impl Act<'_> {
+    /// How long it is.
+    pub fn frames(&self) -> usize {
+        match *self {
+            Act::Cycle(_, frames, _) | Act::Hold(frames) | Act::Once(_, frames) => frames,
+        }
+    }
+}
+
+/// The motion of `acts` on a rig, or on the built-in horse where `rig` is `None` (clips are then its
+/// gaits, and nothing is played once).
+pub fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
+    let mut poses: Vec<Pose> = Vec::new();
+    let mut phases = Vec::new();
+    let (model, driven) = match rig {
+        Some(path) => {
+            let file = File::read(path)?;
+            let mut driven = Vec::new();
+            for act in acts {
+                match *act {
+                    Act::Hold(frames) => hold(&mut poses, &mut phases, frames),
+                    Act::Cycle(clip, frames, period) => {
+                        let animation = file.animation(clip)?;
+                        driven = animation.driven(file.skeleton());
+                        for t in 0..frames {
+                            let at = t as f64 / period;
+                            let s = at.fract() * animation.duration_s();
+                            poses.push(animation.sample(file.skeleton(), s));
+                            phases.push(at);
+                        }
+                    }
+                    Act::Once(clip, frames) => {
+                        let animation = file.animation(clip)?;
+                        for t in 0..frames {
+                            let at = t as f64 / frames as f64;
+                            poses.push(
+                                animation.sample(file.skeleton(), at * animation.duration_s()),
+                            );
+                            phases.push(f64::NAN);
+                        }
+                    }
+                }
+            }
+            (file.model()?, driven)
+        }
+        None => {
+            let model = horse();
+            for act in acts {
+                match *act {
+                    Act::Cycle(gait, frames, period) => {
+                        let gait: Gait = gait.parse()?;
+                        for t in 0..frames {
+                            let at = t as f64 / period;
+                            poses.push(gait.pose(&model.skeleton, at).pose);
+                            phases.push(at);
+                        }
+                    }
+                    Act::Hold(frames) | Act::Once(_, frames) => {
+                        hold(&mut poses, &mut phases, frames)
+                    }
+                }
+            }
+            let driven = (0..model.skeleton.nodes.len())
+                .map(|n| Driven { translation: n == 0, rotation: n > 0, scale: false })
+                .collect();
+            (model, driven)
+        }
+    };
+    Ok(Truth { model, driven, poses, phases_cycles: phases, in_plane_rad: None })
+}
+
+fn hold(poses: &mut Vec<Pose>, phases: &mut Vec<f64>, frames: usize) {
+    let Some(last) = poses.last().cloned() else { return };
+    poses.extend(std::iter::repeat_n(last, frames));
+    phases.extend(std::iter::repeat_n(f64::NAN, frames));
+}
+
+/// The masks of a motion.
+pub fn masks(truth: &Truth, shooting: &Shooting) -> Vec<Mask> {
+    truth.masks(&Shooting { frames: truth.poses.len(), ..shooting.clone() })
+}
