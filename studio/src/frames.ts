@@ -17,17 +17,17 @@ const MASKS_AHEAD = 4;
 export const MASK_COLOUR = "#ffb020";
 
 /** Keeps pictures by a name; the longest unused go first. */
-class Pictures<Kept extends { width: number; height: number }> {
-  private kept = new Map<string, Kept>();
-  private under = new Map<string, Promise<Kept | null>>();
+class Pictures {
+  private kept = new Map<string, ImageBitmap>();
+  private under = new Map<string, Promise<ImageBitmap | null>>();
   private bytes = 0;
 
   constructor(
-    private readonly made: (blob: Blob, url: string) => Promise<Kept>,
-    private readonly dropped: (old: Kept) => void = () => undefined,
+    private readonly made: (blob: Blob, url: string) => Promise<ImageBitmap>,
+    private readonly dropped: (old: ImageBitmap) => void = () => undefined,
   ) {}
 
-  get(name: string): Kept | undefined {
+  get(name: string): ImageBitmap | undefined {
     const found = this.kept.get(name);
     if (found) {
       this.kept.delete(name);
@@ -41,7 +41,7 @@ class Pictures<Kept extends { width: number; height: number }> {
   }
 
   /** What is at an address, kept by a name. */
-  load(url: string, name = url): Promise<Kept | null> {
+  load(url: string, name = url): Promise<ImageBitmap | null> {
     const found = this.get(name);
     if (found) return Promise.resolve(found);
     let loading = this.under.get(name);
@@ -52,7 +52,7 @@ class Pictures<Kept extends { width: number; height: number }> {
     return loading;
   }
 
-  private async fetch(url: string, name: string): Promise<Kept | null> {
+  private async fetch(url: string, name: string): Promise<ImageBitmap | null> {
     const response = await fetch(url);
     if (!response.ok) return null;
     const picture = await this.made(await response.blob(), name);
@@ -68,24 +68,23 @@ class Pictures<Kept extends { width: number; height: number }> {
   }
 }
 
-const bitmaps = () =>
-  new Pictures(
-    (blob) => createImageBitmap(blob),
-    (old: ImageBitmap) => old.close(),
-  );
-const footage = bitmaps();
-const masks = bitmaps();
+const bitmaps = (made: (blob: Blob, name: string) => Promise<ImageBitmap>) => new Pictures(made, (old) => old.close());
+const whole = (blob: Blob) => createImageBitmap(blob);
+const footage = bitmaps(whole);
+const masks = bitmaps(whole);
 /** Frames at their full width, for looking closely. */
-const details = bitmaps();
-const overlays = new Pictures(async (blob, name) => {
-  const picture = await createImageBitmap(blob);
-  const canvas = coloured(picture, name.slice(0, name.indexOf(" ")));
+const details = bitmaps(whole);
+/** Masks and strokes in one colour; their names begin with colour and width. */
+const overlays = bitmaps(async (blob, name) => {
+  const [colour, width] = name.split(" ");
+  const picture = await createImageBitmap(blob, { resizeWidth: Number(width), resizeQuality: "low" });
+  const pixels = coloured(picture, colour!);
   picture.close();
-  return canvas;
+  return createImageBitmap(pixels);
 });
 
-/** White on black, or white on nothing, as a picture of one colour (#rrggbb), clear elsewhere. */
-function coloured(picture: ImageBitmap, colour: string): HTMLCanvasElement {
+/** White on black, or white on nothing, in one colour (#rrggbb), clear elsewhere. */
+function coloured(picture: ImageBitmap, colour: string): ImageData {
   const canvas = h("canvas", { width: picture.width, height: picture.height });
   const context = canvas.getContext("2d", { willReadFrequently: true })!;
   context.drawImage(picture, 0, 0);
@@ -93,10 +92,8 @@ function coloured(picture: ImageBitmap, colour: string): HTMLCanvasElement {
   const pixels = new Uint32Array(image.data.buffer);
   const [red, green, blue] = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
   const [shown] = new Uint32Array(Uint8Array.of(red!, green!, blue!, 255).buffer);
-  const byte = new Uint8Array(pixels.buffer);
-  for (let at = 0; at < pixels.length; at++) pixels[at] = byte[4 * at]! >= 128 ? shown! : 0;
-  context.putImageData(image, 0, 0);
-  return canvas;
+  for (let at = 0; at < pixels.length; at++) pixels[at] = image.data[4 * at]! >= 128 ? shown! : 0;
+  return image;
 }
 
 let active = 0;
@@ -170,17 +167,16 @@ export function loadMask(frame: number): Promise<ImageBitmap | null> {
   return version ? masks.load(api.fileUrl(store.opened.shot, name, version)) : Promise.resolve(null);
 }
 
-/** A mask, or strokes, in one colour; null when there are none or they are on their way. */
-export function overlay(name: string, colour: string, arrived: () => void): HTMLCanvasElement | null {
-  return file(overlays, name, arrived, `${colour} `);
+/**
+ * A mask, or strokes, in one colour, of the width at which the footage is seen, or, `close`, of its own;
+ * null when there are none or they are on their way.
+ */
+export function overlay(name: string, colour: string, arrived: () => void, close = false): ImageBitmap | null {
+  const width = close ? store.opened.width : fetchedWidth();
+  return file(overlays, name, arrived, `${colour} ${width} `);
 }
 
-function file<Kept extends { width: number; height: number }>(
-  pictures: Pictures<Kept>,
-  name: string,
-  arrived: () => void,
-  prefix = "",
-): Kept | null {
+function file(pictures: Pictures, name: string, arrived: () => void, prefix = ""): ImageBitmap | null {
   const version = store.version(name);
   if (!version) return null;
   const address = api.fileUrl(store.opened.shot, name, version);

@@ -187,7 +187,7 @@ export class Painter implements Tool {
       [1, "#5da9ff"],
     ] as const) {
       const strokes = overlay(strokeName(store.frame + by), colour, this.redraw);
-      if (strokes) context.drawImage(strokes, 0, 0);
+      if (strokes) context.drawImage(strokes, 0, 0, this.drawing.canvas.width, this.drawing.canvas.height);
     }
     context.globalAlpha = 1;
   }

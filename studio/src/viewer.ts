@@ -225,7 +225,7 @@ export class Viewer {
       context.fillStyle = `rgba(0, 0, 0, ${store.view.dim})`;
       context.fillRect(0, 0, width, height);
     }
-    if (this.showMask) this.drawMasks(context);
+    if (this.showMask) this.drawMasks(context, this.isClose(scale * ratio));
     this.tool?.paint(context, scale);
     this.canvas.style.cursor = this.tool?.cursor ?? "default";
     this.percent.textContent = `${Math.round(100 * scale * ratio)} %`;
@@ -234,18 +234,22 @@ export class Viewer {
     this.canvas.dataset["frame"] = shown || !footage ? String(store.frame) : "";
   }
 
+  /** Whether more can be seen, at a scale, than the pictures hold that are fetched for scrubbing. */
+  private isClose(scale: number): boolean {
+    const fetched = frames.fetchedWidth();
+    return fetched < store.opened.width && scale * store.opened.width > 1.1 * fetched;
+  }
+
   /** The current frame, at full width where that can be seen. */
   private footage(scale: number): ImageBitmap | undefined {
     const usual = frames.picture(store.frame);
-    const close =
-      scale * store.opened.width > 1.1 * frames.fetchedWidth() && frames.fetchedWidth() < store.opened.width;
-    return (close && usual && frames.detail(store.frame, this.redraw)) || usual;
+    return (this.isClose(scale) && usual && frames.detail(store.frame, this.redraw)) || usual;
   }
 
-  private drawMasks(context: CanvasRenderingContext2D): void {
+  private drawMasks(context: CanvasRenderingContext2D, close: boolean): void {
     const { width, height, footage } = store.opened;
     const lay = (frame: number, colour: string, opacity: number) => {
-      const mask = frames.overlay(frames.maskName(frame), colour, this.redraw);
+      const mask = frames.overlay(frames.maskName(frame), colour, this.redraw, close);
       if (!mask) return;
       context.globalAlpha = opacity;
       context.drawImage(mask, 0, 0, width, height);

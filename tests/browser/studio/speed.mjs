@@ -68,8 +68,10 @@ async function scrubbing(what) {
   await stage.toFrame(0);
   await page.waitForTimeout(1500);
   await page.evaluate(() => {
-    const canvas = document.querySelector("canvas.viewer");
     window.times = [];
+    if (window.timing) return;
+    window.timing = true;
+    const canvas = document.querySelector("canvas.viewer");
     let pressed = 0;
     document.addEventListener("keydown", (event) => (pressed = event.timeStamp), { capture: true });
     new MutationObserver(() => {
