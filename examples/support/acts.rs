@@ -19,6 +19,7 @@ pub(crate) enum Act<'a> {
     Once(&'a str, usize),
 }
 
+#[allow(dead_code, reason = "each of those who use this file needs a part of it")]
 impl Act<'_> {
     /// How long it is.
     pub(crate) fn frames(&self) -> usize {
