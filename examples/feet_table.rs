@@ -17,7 +17,7 @@ use muybridge::feet::{
 };
 use muybridge::interpolate::{Seam, blend, evened, loop_frames, seamless, smoothest_start};
 use muybridge::keys::KeySettings;
-use muybridge::pipeline::{Trends, analyse_masks, choose_by_phase, phase_weights};
+use muybridge::pipeline::{Trends, analyse_masks, keys_by_phase, phase_weights};
 use muybridge::rig::{Clip, File, Pose};
 use muybridge::spectrum::{Gait, Settings};
 use muybridge::validate::{Shooting, Subject, Truth, Unsteady};
@@ -49,9 +49,9 @@ fn main() -> anyhow::Result<()> {
         println!("{}", planted(&rigs.join(file), clip)?);
     }
     println!(
-        "\n| rig, clip | seam, degrees | seam, units | jump of turns | median turn | jump of ways | median way |"
+        "\n| rig, clip | seam, degrees | seam, units | jump of turns | median jump | median turn | jump of ways | median way |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
     for (file, clip, gait) in CLIPS {
         for strides in [1, 3] {
             println!("{}", looped(&rigs.join(file), clip, gait, strides)?);
@@ -148,7 +148,7 @@ fn looped(path: &Path, clip: &str, gait: Gait, strides: usize) -> anyhow::Result
     let found = analyse_masks(&truth.masks(&shooting), 25.0, 5, Trends::default(), &settings)?;
     let phase = found.phase_table().context("no phase")?;
     let wanted = KeySettings { keys: 8, ..KeySettings::default() };
-    let (keys, _, _) = choose_by_phase(&phase, &wanted)?;
+    let keys = keys_by_phase(&phase, &wanted)?;
     let weights = phase_weights(&phase, &keys.frames, 0.0)?;
     let clock = evened(&phase.stride_cycles);
     let frames = loop_frames(&clock, strides).context("too short")?.round().max(2.0);
@@ -156,19 +156,31 @@ fn looped(path: &Path, clip: &str, gait: Gait, strides: usize) -> anyhow::Result
     let made = seamless(values, weights.poses(), &clock, strides, frames as usize)?;
     let poses = truth.key_poses(&keys.frames);
     let mut clip_made = blend("loop", 25.0, &truth.model.skeleton, &poses, &made.values)?;
-    let start = smoothest_start(&clip_made);
-    clip_made.poses.pop();
-    clip_made.poses.rotate_left(start);
-    clip_made.poses.extend(clip_made.poses.first().cloned());
+    // What the turns change by at every frame of the loop, were the seam there.
+    let mut jumps: Vec<f64> = (0..clip_made.poses.len() - 1)
+        .map(|start| Seam::of(&begun_at(&clip_made, start)).angle_jump_deg)
+        .collect();
+    jumps.sort_by(f64::total_cmp);
+    clip_made = begun_at(&clip_made, smoothest_start(&clip_made));
     let seam = Seam::of(&clip_made);
     Ok(format!(
-        "| {}, {strides} | {:.1e} | {:.1e} | {:.3} | {:.3} | {:.5} | {:.5} |",
+        "| {}, {strides} | {:.1e} | {:.1e} | {:.2} | {:.2} | {:.2} | {:.5} | {:.5} |",
         name(path, clip),
         seam.angle_deg,
         seam.distance,
         seam.angle_jump_deg,
+        jumps[jumps.len() / 2],
         seam.median_turn_deg,
         seam.distance_jump,
         seam.median_way,
     ))
+}
+
+/// A loop that begins with another of its poses.
+fn begun_at(clip: &Clip, start: usize) -> Clip {
+    let mut turned = clip.clone();
+    turned.poses.pop();
+    turned.poses.rotate_left(start);
+    turned.poses.extend(turned.poses.first().cloned());
+    turned
 }

@@ -10,7 +10,7 @@ use muybridge::validate::{Shooting, Truth};
 
 /// One stretch of the motion.
 #[derive(Clone, Copy, Debug)]
-pub enum Act<'a> {
+pub(crate) enum Act<'a> {
     /// A clip that repeats: name, frames, frames a cycle.
     Cycle(&'a str, usize, f64),
     /// The pose of the frame before, held.
@@ -19,9 +19,10 @@ pub enum Act<'a> {
     Once(&'a str, usize),
 }
 
+#[allow(dead_code, reason = "each of those who use this file needs a part of it")]
 impl Act<'_> {
     /// How long it is.
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         match *self {
             Act::Cycle(_, frames, _) | Act::Hold(frames) | Act::Once(_, frames) => frames,
         }
@@ -30,7 +31,7 @@ impl Act<'_> {
 
 /// The motion of `acts` on a rig, or on the built-in horse where `rig` is `None` (clips are then its
 /// gaits, and nothing is played once).
-pub fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
+pub(crate) fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
     let mut poses: Vec<Pose> = Vec::new();
     let mut phases = Vec::new();
     let (model, driven) = match rig {
@@ -97,6 +98,6 @@ fn hold(poses: &mut Vec<Pose>, phases: &mut Vec<f64>, frames: usize) {
 }
 
 /// The masks of a motion.
-pub fn masks(truth: &Truth, shooting: &Shooting) -> Vec<Mask> {
+pub(crate) fn masks(truth: &Truth, shooting: &Shooting) -> Vec<Mask> {
     truth.masks(&Shooting { frames: truth.poses.len(), ..shooting.clone() })
 }

@@ -15,7 +15,7 @@ mod travel;
 pub use contacts::{Contact, Footfalls, footfalls};
 pub use find::{Foot, FootTrack, find_feet, foot_tracks};
 pub use gait::{GaitReport, Limb, LimbReport, gait_report};
-pub use ik::{Reached, reach};
+pub use ik::{Reached, reach, reach_bending};
 pub use pan::ground_speed_from_pan;
 pub use plant::{Planted, plant};
 pub use travel::{common_root, travel};

@@ -1,7 +1,7 @@
 //! Where in a clip a steady gait is: stretches that repeat, between stops, jumps and changes of gait.
 //!
 //! Nothing is assumed of what happens in between. A window of three periods about every half period is
-//! asked how much of what moves in it one cycle explains ([`GaitPhase`], but every frame counted, none
+//! asked how much of what moves in it one cycle explains ([`GaitPhase`](super::GaitPhase), but every frame counted, none
 //! weighted down), for periods from six frames to a third of the clip; the best period's answer is the
 //! *steadiness* of that place. A stop leaves noise, which no cycle explains; about a jump or a change
 //! of gait there are two motions, where one cycle is only one. A slow drift, a changing speed and strides

@@ -22,6 +22,10 @@ const ROUGHER: f64 = 2.0;
 /// on rails sees the distance pass slowly).
 const SPEEDS_AGREE: f64 = 0.3;
 
+/// A pan whose steps vary by more than this share was not followed from frame to frame, and is not believed unless
+/// the user says so.
+const MOST_UNEVEN: f64 = 0.3;
+
 /// The feet of a clip and what they do.
 pub(super) struct Ground {
     feet: Vec<Foot>,
@@ -71,13 +75,14 @@ pub(super) fn stand(
 
 /// The speed that the ground is to have, rig units a second.
 fn ground_speed(wanted: SpeedFrom, feet: f64, pan: Option<&StoredPan>) -> Result<f64> {
+    let even = pan.is_some_and(|p| p.unevenness <= MOST_UNEVEN);
     match (wanted, pan.map(|p| p.ground_speed)) {
         (SpeedFrom::Pan, Some(pan)) => Ok(pan),
         (SpeedFrom::Pan, None) => Err(Error::setting(
             "feet.speed",
             "is not «pan» where the camera's motion (analysis/camera.csv, of footage) or the rig's height is unknown",
         )),
-        (SpeedFrom::Auto, Some(pan)) if agree(feet, pan) => Ok(pan),
+        (SpeedFrom::Auto, Some(pan)) if even && agree(feet, pan) => Ok(pan),
         _ => Ok(feet),
     }
 }
@@ -181,7 +186,12 @@ impl Ground {
                 p.rms_acceleration_deg_s2[1] / p.rms_acceleration_deg_s2[0]
             ));
         }
-        if let Some(pan) = self.pan.filter(|p| !agree(self.feet_speed, p.ground_speed)) {
+        if self.pan.is_some_and(|p| p.unevenness > MOST_UNEVEN) {
+            all.push(
+                "the background could not be followed evenly: the speed against it is doubtful"
+                    .to_owned(),
+            );
+        } else if let Some(pan) = self.pan.filter(|p| !agree(self.feet_speed, p.ground_speed)) {
             all.push(format!(
                 "the feet push the ground by {:.3} units a second, the footage shows {:.3}; --speed feet or pan says which counts (now: {})",
                 self.feet_speed,

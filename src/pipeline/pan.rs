@@ -6,11 +6,18 @@ use crate::error::Result;
 use crate::feet::ground_speed_from_pan;
 use crate::mask::CroppedMask;
 use crate::motion::CameraPath;
+use crate::numeric::median;
 use crate::shot::{CameraTable, Reads, Shot, StoredPan, hash_file, paths, read};
 use crate::silhouette::FrameReport;
 
 /// Share of the steps between frames that must be measured.
 const LEAST_STEPS: f64 = 0.5;
+
+/// An animal that goes by less than this a frame stands; its steps are compared with this, pixels.
+const LEAST_STEP_PX: f64 = 1e-3;
+
+/// Standard deviations of a normal distribution in one median absolute deviation.
+const DEVIATIONS_OF_MEDIAN: f64 = 1.4826;
 
 /// The animal in pixels, over the frames whose silhouette is whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +28,8 @@ pub(super) struct Pan {
     size_px: (f64, f64),
     /// Steps from frame to frame it was measured on.
     steps: usize,
+    /// Robust standard deviation of the single steps over their median.
+    unevenness: f64,
 }
 
 /// What the pan reads beyond what the animation reads anyway.
@@ -89,8 +98,15 @@ impl Pan {
             .collect();
         let mean =
             |side: fn(&(f64, f64)) -> f64| sizes.iter().map(side).sum::<f64>() / sizes.len() as f64;
+        let ways: Vec<f64> = (1..subject.len())
+            .map(|t| subject[t] - subject[t - 1] - background[t])
+            .filter(|way| way.is_finite())
+            .collect();
+        let middle = median(&ways);
+        let spread = median(&ways.iter().map(|way| (way - middle).abs()).collect::<Vec<_>>());
+        let unevenness = DEVIATIONS_OF_MEDIAN * spread / middle.abs().max(LEAST_STEP_PX);
         let px_a_second = ground_speed_from_pan(&background, &subject, fps, 1.0)?;
-        Some(Self { px_a_second, size_px: (mean(|s| s.0), mean(|s| s.1)), steps })
+        Some(Self { px_a_second, size_px: (mean(|s| s.0), mean(|s| s.1)), steps, unevenness })
     }
 
     /// The speed in the rig's unit, for a rig whose mean height in the animation is `height` and an animation
@@ -104,6 +120,7 @@ impl Pan {
             px_a_second: self.px_a_second,
             px_a_unit,
             steps: self.steps,
+            unevenness: self.unevenness,
         }
     }
 }
@@ -138,6 +155,7 @@ mod tests {
         let pan = Pan::measure(&camera, &masks, &reports, 0..12, 25.0).unwrap();
         // Of 11 steps, two end or begin in the lost frame and one was not seen.
         assert_eq!((pan.steps, pan.size_px), (8, (10.0, 20.0)));
+        assert!(pan.unevenness < 1e-9, "{pan:?}");
         assert!((pan.px_a_second - 75.0).abs() < 1e-9, "{pan:?}");
         let on_rig = pan.on_rig(2.0, 2.0);
         assert!((on_rig.px_a_unit - 5.0).abs() < 1e-12);
