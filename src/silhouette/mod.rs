@@ -20,6 +20,7 @@ mod location;
 mod occlusions;
 mod outline;
 mod plate;
+mod resemblance;
 mod scale_trend;
 mod segmenter;
 mod track;

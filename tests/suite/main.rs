@@ -9,6 +9,7 @@ mod cli;
 mod cli_input;
 mod corrections;
 mod data;
+mod davis;
 mod export;
 mod feet;
 mod flags;
