@@ -20,7 +20,7 @@ use crate::numeric::GridCut;
 use crate::shot::{CameraTable, Shot, Stage, hash_file, paths, read};
 use crate::silhouette::{
     ClipSegmenter, FrameReport, Labels, Method, STRETCH_FRAMES, Segmenter, flag_area_jumps,
-    flag_occlusions, report_of_corrected_mask,
+    flag_companions, flag_occlusions, report_of_corrected_mask,
 };
 
 /// Pictures that are worked on side by side, and those decoded meanwhile: bounds the pixels in
@@ -116,6 +116,7 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
     kept.now().put(&mut work.writer)?;
     // Masks from a person are not doubted; the segmenter's own may have slipped for some frames.
     flag_occlusions(&mut work.reports);
+    flag_companions(&mut work.reports);
     flag_area_jumps(&mut work.reports);
     if let Some(segmenter) = segmenter {
         let table = CameraTable { path: segmenter.camera().clone() };
@@ -166,6 +167,7 @@ fn segment_by_colour(
         }
     }
     flag_occlusions(&mut work.reports);
+    flag_companions(&mut work.reports);
     flag_area_jumps(&mut work.reports);
     Ok(())
 }

@@ -78,3 +78,82 @@ fn thinned(samples: &[[u8; 3]]) -> Vec<Vector3<f64>> {
     let step = samples.len().div_ceil(MAX_SAMPLES).max(1);
     samples.iter().step_by(step).map(|&bytes| colour(bytes)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
+
+    use super::*;
+
+    /// A planted Gaussian: mean and deviation of the three bytes.
+    #[derive(Clone, Copy)]
+    struct Planted {
+        mean: [f64; 3],
+        deviation: [f64; 3],
+    }
+
+    impl Planted {
+        fn samples(&self, count: usize, random: &mut ChaCha8Rng) -> Vec<[u8; 3]> {
+            let normal = |c: usize| Normal::new(self.mean[c], self.deviation[c]).unwrap();
+            let axes = [normal(0), normal(1), normal(2)];
+            (0..count).map(|_| axes.each_ref().map(|n| n.sample(random).round() as u8)).collect()
+        }
+
+        /// Density a unit of L*a*b* volume, bytes of L* being half units.
+        fn density(&self, bytes: [u8; 3]) -> f64 {
+            (0..3)
+                .map(|c| {
+                    let unit = if c == 0 { 0.5 } else { 1.0 };
+                    let z = (f64::from(bytes[c]) - self.mean[c]) / self.deviation[c];
+                    (-0.5 * z * z).exp() / (self.deviation[c] * unit * std::f64::consts::TAU.sqrt())
+                })
+                .product()
+        }
+    }
+
+    /// Mixtures of two planted Gaussians for either class: the table holds the logarithm of the ratio
+    /// of their densities, wherever samples of either are not rare.
+    #[test]
+    fn a_cell_holds_the_ratio_of_the_planted_densities() {
+        let planted = |mean, deviation| Planted { mean, deviation };
+        let animal = [
+            planted([90.0, 135.0, 140.0], [12.0, 5.0, 6.0]),
+            planted([130.0, 128.0, 150.0], [10.0, 6.0, 7.0]),
+        ];
+        let background = [
+            planted([110.0, 120.0, 145.0], [14.0, 7.0, 8.0]),
+            planted([160.0, 125.0, 120.0], [9.0, 5.0, 9.0]),
+        ];
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut drawn = |class: &[Planted; 2]| -> Vec<[u8; 3]> {
+            // By turns, so that every other sample is as good a choice.
+            let [a, b] = class.each_ref().map(|g| g.samples(4000, &mut random));
+            a.into_iter().zip(b).flat_map(|(a, b)| [a, b]).collect()
+        };
+        let (of_animal, of_background) = (drawn(&animal), drawn(&background));
+        let table = ColourTable::fit(&of_animal, &of_background, 42).unwrap();
+        let mixed = |class: &[Planted; 2], bytes| {
+            let half = 0.5 * (class[0].density(bytes) + class[1].density(bytes));
+            0.99 * half + 0.01 / (100.0 * 185.0 * 203.0)
+        };
+        let mut errors = Vec::new();
+        for bytes in of_animal.iter().chain(&of_background).step_by(7) {
+            let middle = bytes.map(|b| b / 4 * 4 + 2);
+            let wanted = (mixed(&animal, middle) / mixed(&background, middle)).ln();
+            errors.push((f64::from(table.of(*bytes)) - wanted.clamp(-8.0, 8.0)).abs());
+        }
+        errors.sort_by(f64::total_cmp);
+        let at = |share: f64| errors[(share * (errors.len() - 1) as f64) as usize];
+        // Eight thousand samples determine the log density of most of them to a tenth.
+        assert!(at(0.5) < 0.15 && at(0.95) < 0.6, "{} {}", at(0.5), at(0.95));
+    }
+
+    #[test]
+    fn too_few_samples_teach_nothing() {
+        let one = [[100, 128, 128]];
+        assert!(ColourTable::fit(&one, &[], 1).is_none());
+        assert!(ColourTable::fit(&[], &one, 1).is_none());
+    }
+}

@@ -56,3 +56,68 @@ impl Labels {
         Self { animal: resize(&self.animal), background: resize(&self.background) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A mask, and a pixel-for-pixel list of what was said (animal, background) of a picture of its
+    /// size.
+    fn said() -> impl Strategy<Value = ((usize, usize), Vec<(bool, u8)>)> {
+        (1_usize..12, 1_usize..12).prop_flat_map(|(w, h)| {
+            let pixels = proptest::collection::vec((proptest::bool::ANY, 0_u8..3), w * h);
+            (Just((w, h)), pixels)
+        })
+    }
+
+    fn labels((w, h): (usize, usize), pixels: &[(bool, u8)]) -> Labels {
+        let of = |kind: u8| Mask::from_fn(w, h, |x, y| pixels[y * w + x].1 == kind);
+        Labels { animal: of(1), background: of(2) }
+    }
+
+    proptest! {
+        /// Pixel by pixel: what was said holds, the rest stays.
+        #[test]
+        fn what_was_said_holds_and_the_rest_stays((size, pixels) in said()) {
+            let (w, h) = size;
+            let labels = labels(size, &pixels);
+            let mask = Mask::from_fn(w, h, |x, y| pixels[y * w + x].0);
+            let applied = labels.applied_to(&mask);
+            let mut known = vec![Known::Free; w * h];
+            labels.mark(&mut known);
+            for (at, &(was, said)) in pixels.iter().enumerate() {
+                let (set, known_as) = match said {
+                    1 => (true, Known::Animal),
+                    2 => (false, Known::Background),
+                    _ => (was, Known::Free),
+                };
+                prop_assert_eq!(applied.get(at % w, at / w), set);
+                prop_assert_eq!(known[at], known_as);
+            }
+            prop_assert_eq!(labels.is_whole(), pixels.iter().all(|p| p.1 != 0));
+            prop_assert!(Labels::whole(&mask).is_whole());
+            prop_assert_eq!(Labels::whole(&mask).applied_to(&applied), mask);
+        }
+
+        /// Each pixel of the other size is what the pixel under its middle is, found by searching.
+        #[test]
+        fn another_size_says_the_same(
+            (size, pixels) in said(), other in (1_usize..20, 1_usize..20),
+        ) {
+            let found = labels(size, &pixels).resized(other);
+            let under = |at: usize, to: usize, from: usize| {
+                let middle = (at as f64 + 0.5) / to as f64;
+                (0..from).rfind(|&i| i as f64 / from as f64 <= middle + 1e-12).unwrap()
+            };
+            for y in 0..other.1 {
+                for x in 0..other.0 {
+                    let at = under(y, other.1, size.1) * size.0 + under(x, other.0, size.0);
+                    prop_assert_eq!(found.animal.get(x, y), pixels[at].1 == 1);
+                    prop_assert_eq!(found.background.get(x, y), pixels[at].1 == 2);
+                }
+            }
+        }
+    }
+}

@@ -17,10 +17,11 @@ use super::correction::Labels;
 use super::cues::{Cues, Lessons};
 use super::expected::{animal, filled, repaired};
 use super::field::{Fall, Known, least_cost};
-use super::frame_report::CARRIED_FRAMES;
 use super::lab_image::{LabImage, Region};
+use super::least_sure::CARRIED_FRAMES;
 use super::location::location_odds;
 use super::plate::{PlateDistances, compared_frames, plate_distances};
+use super::resemblance::{Resemblance, Seen};
 use super::warp::Source;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -74,8 +75,18 @@ pub(super) struct Draft {
     pub(super) plate: PlateDistances,
     /// Which of the clip's cues it was cut with.
     pub(super) cues: usize,
-    /// Where a correction expects the animal, with the weight that has.
-    pub(super) carried: Option<(Mask, f32)>,
+    /// What a correction says of the frame beside the cues.
+    pub(super) carried: Option<Carried>,
+}
+
+/// What the nearest corrections say of a frame, less the further away they are.
+#[derive(Clone, Debug)]
+pub(super) struct Carried {
+    /// Where the nearest expects the animal, and the weight that has.
+    pub(super) expected: Mask,
+    weight: f32,
+    /// What the pixels about the same place of the corrected frames say.
+    pub(super) resemblance: Option<Resemblance>,
 }
 
 /// The drafts of all frames, and the cues they were cut with.
@@ -244,11 +255,11 @@ impl Clip {
             (false, true) => LATER_TRUST,
             (false, false) => CORRECTED_TRUST,
         };
-        let cuts: Vec<(Mask, Option<(Mask, f32)>)> = span
+        let cuts: Vec<(Mask, Option<Carried>)> = span
             .clone()
             .into_par_iter()
             .map_init(GridCut::new, |cut, t| {
-                let carried = self.carried(t, masks, truths);
+                let carried = self.carried(t, masks, truths, &plates);
                 (self.cut(t, masks, &plates[&t], &cues, carried.as_ref(), trust, cut), carried)
             })
             .collect();
@@ -259,7 +270,7 @@ impl Clip {
                 Some(last) => masks[t].or(last),
                 None => masks[t].clone(),
             };
-            let mask = animal(&found, &expected, carried.as_ref().map(|(mask, _)| mask));
+            let mask = animal(&found, &expected, carried.as_ref().map(|c| &c.expected));
             last = Some(mask.clone());
             let plate = plates.remove(&t)?;
             drafts.push(Draft { mask, plate, cues: 0, carried });
@@ -292,16 +303,31 @@ impl Clip {
             .collect()
     }
 
-    /// Where the nearest corrected frame expects the animal: its silhouette, moved as the drafts
-    /// have moved since, with a weight that falls with time.
-    fn carried(&self, t: usize, masks: &[Mask], truths: &[usize]) -> Option<(Mask, f32)> {
+    /// What the corrected frames say of another: where the nearest expects the animal (its
+    /// silhouette, moved as the drafts have moved since), and what resembles which of its pixels.
+    fn carried(
+        &self,
+        t: usize,
+        masks: &[Mask],
+        truths: &[usize],
+        plates: &BTreeMap<usize, PlateDistances>,
+    ) -> Option<Carried> {
         let &nearest = truths.iter().min_by_key(|&&c| c.abs_diff(t))?;
         let (from, to) = (masks[nearest].centre_of_mass()?, masks[t].centre_of_mass()?);
         let (w, h) = (masks[t].width(), masks[t].height());
         let left = (from.0 - to.0).round() as i64;
         let top = (from.1 - to.1).round() as i64;
-        let weight = (-(nearest.abs_diff(t) as f32) / CARRIED_FRAMES as f32).exp();
-        Some((masks[nearest].window(left, top, w, h), weight))
+        let weight = |c: usize| (-(c.abs_diff(t) as f32) / CARRIED_FRAMES as f32).exp();
+        let seen = |t: usize| {
+            Some(Seen { image: &self.frames[t], plate: plates.get(&t)?, mask: &masks[t] })
+        };
+        let corrected: Vec<(Seen, f32)> =
+            truths.iter().filter_map(|&c| Some((seen(c)?, weight(c)))).collect();
+        Some(Carried {
+            expected: masks[nearest].window(left, top, w, h),
+            weight: weight(nearest),
+            resemblance: Resemblance::of(seen(t)?, &corrected),
+        })
     }
 
     /// The silhouette of least cost in the part of a frame that the plate was looked at in.
@@ -315,7 +341,7 @@ impl Clip {
         masks: &[Mask],
         plate: &PlateDistances,
         cues: &Cues,
-        carried: Option<&(Mask, f32)>,
+        carried: Option<&Carried>,
         trust: Trust,
         cut: &mut GridCut,
     ) -> Mask {
@@ -329,11 +355,12 @@ impl Clip {
         for odds in &mut location {
             *odds *= trust.location;
         }
-        if let Some((expected, weight)) = carried.filter(|(mask, _)| !mask.is_empty()) {
-            for (odds, there) in location.iter_mut().zip(location_odds(expected)) {
-                *odds += CARRIED * weight * there;
+        if let Some(carried) = carried.filter(|c| !c.expected.is_empty()) {
+            for (odds, there) in location.iter_mut().zip(location_odds(&carried.expected)) {
+                *odds += CARRIED * carried.weight * there;
             }
         }
+        let resemblance = carried.and_then(|c| c.resemblance.as_ref());
         let mut odds = vec![0.0; w * h];
         let mut known = vec![Known::Background; w * h];
         let r = plate.region;
@@ -342,7 +369,8 @@ impl Clip {
                 let at = y * w + x;
                 let seen = cues.plate_odds(plate, x, y);
                 let colour = cues.colour_odds(image.at(at), seen, plate.colour(x, y));
-                odds[at] = seen + trust.colour * colour + location[at];
+                let resembles = resemblance.map_or(0.0, |r| r.log_odds(x, y));
+                odds[at] = seen + trust.colour * colour + location[at] + resembles;
                 known[at] = Known::Free;
             }
         }

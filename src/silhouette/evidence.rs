@@ -92,3 +92,103 @@ impl Evidence {
         self.log_ratio[usize::from(distance)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Counts of 255 distances and of what is not known: few, many, or none at all.
+    fn histogram() -> impl Strategy<Value = Vec<f64>> {
+        let some = |most: u32| proptest::collection::vec((0..most).prop_map(f64::from), 256);
+        prop_oneof![some(4), some(3000), Just(vec![0.0; 256])]
+    }
+
+    fn counts() -> impl Strategy<Value = Counts> {
+        (histogram(), histogram()).prop_map(|(inside, outside)| Counts { inside, outside })
+    }
+
+    /// The density of one bin: the mean of the counts about it, and the prior's, over the sum of
+    /// those means.
+    fn density(histogram: &[f64]) -> Vec<f64> {
+        let mut means = Vec::new();
+        for at in 0_i32..255 {
+            let reach = 1 + at / 12;
+            let near: Vec<f64> = (0_i32..255)
+                .filter(|other| (other - at).abs() <= reach)
+                .map(|other| histogram[other as usize])
+                .collect();
+            means.push(near.iter().sum::<f64>() / near.len() as f64);
+        }
+        let total = means.iter().sum::<f64>().max(1.0);
+        means.iter().map(|m| (m + 20.0 + 20e-6 * total) / total).collect()
+    }
+
+    /// The rising sequence nearest to `values`, by the formula of isotonic regression: the largest,
+    /// over all beginnings at or before a place, of the least weighted mean up to any end at or
+    /// after it.
+    fn isotonic(values: &[f64], weights: &[f64]) -> Vec<f64> {
+        let sums = |terms: &dyn Fn(usize) -> f64| {
+            let mut sums = vec![0.0];
+            for at in 0..values.len() {
+                sums.push(sums[at] + terms(at));
+            }
+            sums
+        };
+        let (weighted, weight) = (sums(&|i| weights[i] * values[i]), sums(&|i| weights[i]));
+        let mean = |from: usize, to: usize| {
+            (weighted[to + 1] - weighted[from]) / (weight[to + 1] - weight[from])
+        };
+        (0..values.len())
+            .map(|at| {
+                let least = |from: usize| {
+                    (at..values.len()).map(|to| mean(from, to)).fold(f64::INFINITY, f64::min)
+                };
+                (0..=at).map(least).fold(f64::NEG_INFINITY, f64::max)
+            })
+            .collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn ratios_are_those_of_the_smoothed_histograms_made_to_rise(counts in counts()) {
+            let (inside, outside) = (density(&counts.inside), density(&counts.outside));
+            let pairs = || inside.iter().zip(&outside);
+            let ratios: Vec<f64> = pairs().map(|(a, b)| (a / b).ln()).collect();
+            let weights: Vec<f64> = pairs().map(|(a, b)| a + b).collect();
+            let found = Evidence::from_counts(&counts);
+            for (at, wanted) in isotonic(&ratios, &weights).into_iter().enumerate() {
+                let found = f64::from(found.of(at as u8));
+                prop_assert!((found - wanted.clamp(-4.0, 4.0)).abs() < 1e-4, "{at}: {found} {wanted}");
+            }
+            prop_assert_eq!(found.of(255), 0.0);
+        }
+
+        #[test]
+        fn mixing_keeps_how_many_there_are_and_shares_out_how_they_lie(
+            own in counts(), other in counts(), share in 0.0..1.0_f64,
+        ) {
+            let mixed = own.mixed(&other, share);
+            let classes = [
+                (&own.inside, &other.inside, &mixed.inside),
+                (&own.outside, &other.outside, &mixed.outside),
+            ];
+            for (own, other, mixed) in classes {
+                let (total, others): (f64, f64) = (own.iter().sum(), other.iter().sum());
+                let kept = if total == 0.0 { others } else { total };
+                prop_assert!((mixed.iter().sum::<f64>() - kept).abs() <= 1e-9 * kept);
+                for at in 0..256 {
+                    let wanted = match (total == 0.0, others == 0.0) {
+                        (_, true) => own[at],
+                        (true, false) => other[at],
+                        _ => total * ((1.0 - share) * own[at] / total + share * other[at] / others),
+                    };
+                    prop_assert!((mixed[at] - wanted).abs() <= 1e-9 * (1.0 + wanted));
+                }
+            }
+        }
+    }
+}

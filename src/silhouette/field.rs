@@ -153,3 +153,116 @@ fn squared(a: [u8; 3], b: [u8; 3]) -> u32 {
     };
     d(0, 1) + d(1, 2) + d(2, 2)
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Problem = (LabImage, Vec<f32>, Vec<Known>);
+
+    /// A picture of up to twelve pixels with odds, some of them decided.
+    fn problem() -> impl Strategy<Value = Problem> {
+        (1_usize..5, 1_usize..4).prop_flat_map(|(w, h)| {
+            let plane = || proptest::collection::vec(100_u8..140, w * h);
+            let planes = (plane(), plane(), plane());
+            let odds = proptest::collection::vec(-4.0..4.0_f32, w * h);
+            let known = prop_oneof![
+                4 => Just(Known::Free), 1 => Just(Known::Animal), 1 => Just(Known::Background),
+            ];
+            (planes, odds, proptest::collection::vec(known, w * h)).prop_map(
+                move |((l, a, b), odds, known)| {
+                    (LabImage::from_planes(w, h, [l, a, b]), odds, known)
+                },
+            )
+        })
+    }
+
+    /// Squared L*a*b* distance of two pixels, half units.
+    fn distance_sq(image: &LabImage, a: usize, b: usize) -> f64 {
+        let (a, b) = (image.at(a).map(f64::from), image.at(b).map(f64::from));
+        (a[0] - b[0]).powi(2) + 4.0 * (a[1] - b[1]).powi(2) + 4.0 * (a[2] - b[2]).powi(2)
+    }
+
+    /// All pairs of neighbours with what it costs to part them, by the formula.
+    fn pairs(image: &LabImage) -> Vec<(usize, usize, f64)> {
+        let (w, h) = (image.width(), image.height());
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for y in 1..h {
+            for x in 1..w {
+                let at = (y - 1) * w + x - 1;
+                sum += distance_sq(image, at, at + 1) + distance_sq(image, at, at + w);
+                count += 2.0;
+            }
+        }
+        let mean = (sum / count.max(1.0)).max(1.0);
+        let mut pairs = Vec::new();
+        for a in 0..w * h {
+            for b in a + 1..w * h {
+                let (dx, dy) = ((a % w).abs_diff(b % w), (a / w).abs_diff(b / w));
+                if dx <= 1 && dy <= 1 {
+                    let length = (dx as f64).hypot(dy as f64);
+                    let fall = (-distance_sq(image, a, b) / (2.0 * mean)).exp();
+                    pairs.push((a, b, 2.0 * (0.1 + 0.9 * fall) / length));
+                }
+            }
+        }
+        pairs
+    }
+
+    /// What a labelling costs: the odds it goes against, and the pairs it parts.
+    fn cost(labels: &dyn Fn(usize) -> bool, odds: &[f32], pairs: &[(usize, usize, f64)]) -> f64 {
+        let against = |at: usize| {
+            let odds = f64::from(odds[at]);
+            if labels(at) { (-odds).max(0.0) } else { odds.max(0.0) }
+        };
+        let parted: f64 =
+            pairs.iter().filter(|(a, b, _)| labels(*a) != labels(*b)).map(|p| p.2).sum();
+        (0..odds.len()).map(against).sum::<f64>() + parted
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Against all labellings that agree with what is known, by the textbook's cost.
+        #[test]
+        fn no_labelling_costs_less((image, odds, known) in problem()) {
+            let (w, n) = (image.width(), odds.len());
+            let found = least_cost(&image, &Fall::of(&image), &odds, &known, &mut GridCut::new());
+            let pairs = pairs(&image);
+            for (at, known) in known.iter().enumerate() {
+                let set = found.get(at % w, at / w);
+                prop_assert!(*known == Known::Free || set == (*known == Known::Animal));
+            }
+            let agrees = |labels: u32| {
+                known.iter().enumerate().all(|(at, known)| match known {
+                    Known::Free => true,
+                    Known::Animal => labels >> at & 1 == 1,
+                    Known::Background => labels >> at & 1 == 0,
+                })
+            };
+            let least = (0..1_u32 << n)
+                .filter(|labels| agrees(*labels))
+                .map(|labels| cost(&|at| labels >> at & 1 == 1, &odds, &pairs))
+                .fold(f64::INFINITY, f64::min);
+            let own = cost(&|at| found.get(at % w, at / w), &odds, &pairs);
+            // A step of the exponential's table is 1/64, of the integer costs a thousandth.
+            let slack = pairs.iter().map(|p| p.2 / 64.0 + 0.001).sum::<f64>() + 0.001 * n as f64;
+            prop_assert!(own <= least + slack, "{own} {least}");
+        }
+
+        /// What it costs to part two pixels, by the formula.
+        #[test]
+        fn pairs_cost_what_the_formula_says((image, _, _) in problem()) {
+            let fall = Fall::of(&image);
+            let w = image.width();
+            for (a, b, wanted) in pairs(&image) {
+                let straight = a % w == b % w || a / w == b / w;
+                let costs = if straight { &fall.straight } else { &fall.diagonal };
+                let found = f64::from(costs[fall.index(image.at(a), image.at(b))]) / 1000.0;
+                prop_assert!((found - wanted).abs() <= wanted / 64.0 + 0.001, "{found} {wanted}");
+            }
+        }
+    }
+}

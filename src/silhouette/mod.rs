@@ -15,11 +15,13 @@ mod expected;
 mod field;
 mod frame_report;
 mod lab_image;
+mod least_sure;
 mod likeness;
 mod location;
 mod occlusions;
 mod outline;
 mod plate;
+mod resemblance;
 mod scale_trend;
 mod segmenter;
 mod track;
@@ -31,10 +33,9 @@ pub use base_drafts::BaseDrafts;
 pub use clip::{ClipSegmenter, STRETCH_FRAMES};
 pub use colour::{ColourModels, ColourSettings};
 pub use correction::Labels;
-pub use frame_report::{
-    Flag, Flags, FrameReport, least_sure, report_of_corrected_mask, report_of_mask,
-};
-pub use occlusions::flag_occlusions;
+pub use frame_report::{Flag, Flags, FrameReport, report_of_corrected_mask, report_of_mask};
+pub use least_sure::least_sure;
+pub use occlusions::{flag_companions, flag_occlusions};
 pub use scale_trend::{ScaleTrend, TrendRemoval};
 pub use segmenter::{Chosen, CleanSettings, Method, Parts, Segmenter, Settings};
 pub use track::GateSettings;

@@ -19,8 +19,8 @@ const BAND_PX: f32 = 5.0;
 const ASKED: f32 = 0.12;
 
 /// The outline of a frame at the size of `picture`, from its draft, and how sure it is: 2p − 1, with p
-/// the mean probability, over a strip along the outline, that colour and plate give to the labels
-/// the pixels got. 0 is a guess, 1 is certain.
+/// the mean probability, over a strip along the outline, that colour, plate and corrections give to the
+/// labels the pixels got. 0 is a guess, 1 is certain.
 pub(super) fn outline(
     picture: &Picture,
     draft: &Draft,
@@ -107,7 +107,7 @@ impl Part {
         Some(Self { region, scale, signed, length, asked })
     }
 
-    /// What colour and plate say of the pixels of the strip, log odds; 0 elsewhere.
+    /// What colour, plate and corrections say of the pixels of the strip, log odds; 0 elsewhere.
     fn seen(&self, near: &LabImage, draft: &Draft, cues: &Cues) -> Vec<f32> {
         let r = self.region;
         let (w, h) = (r.width(), r.height());
@@ -133,6 +133,14 @@ impl Part {
         let mut seen = blurred(&colour, w, h);
         for ((seen, plate), distance) in seen.iter_mut().zip(&plate).zip(&self.signed) {
             *seen = if distance.abs() <= self.asked { *seen + plate } else { 0.0 };
+        }
+        if let Some(resemblance) = draft.carried.as_ref().and_then(|c| c.resemblance.as_ref()) {
+            let odds: Vec<f32> =
+                (0..sw * sh).map(|at| resemblance.log_odds(at % sw, at / sw)).collect();
+            let odds = self.scale.sampled(&odds, r);
+            for ((seen, odds), distance) in seen.iter_mut().zip(odds).zip(&self.signed) {
+                *seen += if distance.abs() <= self.asked { odds } else { 0.0 };
+            }
         }
         seen
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use image::{Rgba, RgbaImage};
 use muybridge::mask::Mask;
+use muybridge::synthetic::{Gait, SyntheticFootage, SyntheticSettings};
 
 use crate::shot_folder::Desk;
 
@@ -137,4 +138,109 @@ fn a_repainted_mask_is_kept_and_what_was_lost_meanwhile_is_made_again() {
     fs::remove_dir_all(desk.path("shot/.muybridge/drafts")).unwrap();
     assert_eq!(desk.json("segment shot")["made"], 40);
     same(&desk, "shot", "fresh");
+}
+
+/// Overlap with the truth of one frame.
+fn overlap(desk: &Desk, shot: &str, frame: usize) -> f64 {
+    let truth = SyntheticFootage::new(Gait::Gallop, SyntheticSettings::default());
+    mask(desk, shot, frame).jaccard(&truth.true_mask(frame))
+}
+
+#[test]
+fn a_true_mask_carries_both_ways_and_makes_no_frame_worse() {
+    let desk = Desk::new();
+    shot(&desk, "shot");
+    desk.run("-q segment shot").success();
+    let each = || -> Vec<f64> { (0..40).map(|t| overlap(&desk, "shot", t)).collect() };
+    let before = each();
+    let truth = SyntheticFootage::new(Gait::Gallop, SyntheticSettings::default()).true_mask(20);
+    fs::write(desk.path("shot/masks/000020.png"), truth.to_png().unwrap()).unwrap();
+    assert_eq!(desk.json("segment shot")["made"], 40, "one correction reaches all");
+    let after = each();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    eprintln!("mean overlap {:.3}, with frame 20 true {:.3}", mean(&before), mean(&after));
+    assert_eq!(after[20], 1.0);
+    for side in [10..20, 21..31] {
+        let (before, after) = (mean(&before[side.clone()]), mean(&after[side.clone()]));
+        assert!(after > before, "frames {side:?}: {before:.3} to {after:.3}");
+    }
+    for (t, (before, after)) in before.iter().zip(&after).enumerate() {
+        assert!(*after > before - 0.03, "frame {t}: {before:.3} to {after:.3}");
+    }
+}
+
+#[test]
+fn strokes_are_numbered_as_the_footage_is_and_those_beyond_the_range_say_nothing() {
+    let desk = Desk::new();
+    desk.run("-q new shot --from synthetic:gallop --frames 10-29").success();
+    desk.run("-q segment shot").success();
+    let plain = masks_and_tables(&desk, "shot");
+    let like = mask(&desk, "shot", 5);
+    for beyond in [3, 30, 300] {
+        stroke(&desk, "shot", beyond, &like);
+    }
+    desk.run("-q segment shot").success();
+    assert!(masks_and_tables(&desk, "shot") == plain);
+    stroke(&desk, "shot", 15, &like);
+    let lines = desk.json("segment shot")["silhouettes"].clone();
+    let corrected = |t: usize| lines[t]["flags"].as_array().unwrap().contains(&"corrected".into());
+    assert_eq!((0..20).filter(|t| corrected(*t)).collect::<Vec<_>>(), [5]);
+    let (bounds, held) = (like.bounds().unwrap(), mask(&desk, "shot", 5));
+    assert!(!held.get(bounds.left, bounds.top.saturating_sub(9)));
+}
+
+#[test]
+fn strokes_of_another_size_are_refused_by_name() {
+    let desk = Desk::new();
+    shot(&desk, "shot");
+    stroke(&desk, "shot", 12, &Mask::from_fn(64, 48, |x, y| x > 20 && y > 20));
+    let said = desk.complaint("segment shot", 1);
+    assert!(said.contains("000012.png") && said.contains("64") && said.contains("320"), "{said}");
+    assert!(!desk.path("shot/masks/000000.png").exists(), "nothing is made of half a reading");
+}
+
+#[test]
+fn a_mask_painted_empty_takes_its_frame_out_and_no_other() {
+    let desk = Desk::new();
+    shot(&desk, "shot");
+    desk.run("-q segment shot").success();
+    let plain = masks_and_tables(&desk, "shot");
+    let nothing = Mask::new(320, 240).to_png().unwrap();
+    fs::write(desk.path("shot/masks/000007.png"), nothing).unwrap();
+    let summary = desk.json("segment shot");
+    let flags = &summary["silhouettes"][7]["flags"];
+    assert!(flags.as_array().unwrap().contains(&"empty".into()), "{flags}");
+    let masks_only = |all: &[(String, Vec<u8>)]| -> Vec<(String, Vec<u8>)> {
+        all.iter().filter(|f| f.0.starts_with("masks")).cloned().collect()
+    };
+    let now = masks_and_tables(&desk, "shot");
+    assert_eq!(changed(&masks_only(&plain), &masks_only(&now)), [7]);
+    assert_eq!(desk.json("analyze shot")["bad_frames"], serde_json::json!([7]));
+}
+
+#[test]
+fn by_colour_alone_a_stroke_holds_on_its_frame_and_changes_no_other() {
+    let desk = Desk::new();
+    shot(&desk, "shot");
+    let settings = fs::read_to_string(desk.path("shot/shot.toml")).unwrap();
+    assert!(settings.contains("method = \"plate\""), "{settings}");
+    fs::write(
+        desk.path("shot/shot.toml"),
+        settings.replace("method = \"plate\"", "method = \"colour\""),
+    )
+    .unwrap();
+    desk.run("-q segment shot").success();
+    let plain = masks_and_tables(&desk, "shot");
+    let like = mask(&desk, "shot", 12);
+    stroke(&desk, "shot", 12, &like);
+    let lines = desk.json("segment shot")["silhouettes"].clone();
+    assert!(lines[12]["flags"].as_array().unwrap().contains(&"corrected".into()));
+    let bounds = like.bounds().unwrap();
+    let held = mask(&desk, "shot", 12);
+    assert!(!held.get(bounds.left, bounds.top.saturating_sub(9)));
+    let masks_only = |all: Vec<(String, Vec<u8>)>| -> Vec<(String, Vec<u8>)> {
+        all.into_iter().filter(|f| f.0.starts_with("masks")).collect()
+    };
+    let reached = changed(&masks_only(plain), &masks_only(masks_and_tables(&desk, "shot")));
+    assert!(reached.iter().all(|t| *t == 12), "{reached:?}");
 }

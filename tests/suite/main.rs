@@ -9,6 +9,7 @@ mod cli;
 mod cli_input;
 mod corrections;
 mod data;
+mod davis;
 mod decoding;
 mod export;
 mod feet;
