@@ -78,7 +78,7 @@ pub(crate) fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
                         }
                     }
                     Act::Hold(frames) | Act::Once(_, frames) => {
-                        hold(&mut poses, &mut phases, frames)
+                        hold(&mut poses, &mut phases, frames);
                     }
                 }
             }

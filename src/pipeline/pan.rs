@@ -140,7 +140,9 @@ mod tests {
             .map(|t| {
                 let left = 20 + t;
                 let here = t != 6;
-                Mask::from_fn(80, 40, |x, y| here && x >= left && x < left + 20 && y >= 5 && y < 15)
+                Mask::from_fn(80, 40, |x, y| {
+                    here && (left..left + 20).contains(&x) && (5..15).contains(&y)
+                })
             })
             .collect();
         let reports: Vec<FrameReport> =
