@@ -2,8 +2,7 @@
 //! to a filter, and the choice of one a row.
 //!
 //! The PNG library has the same and gives the same bytes, but hands each row to the compressor by
-//! itself, which clears its output buffer every time; that took as long as all else that is done to
-//! a frame.
+//! itself, which clears its output buffer every time: half the time of a mask file.
 
 /// Filter types 1 to 4, in the order they are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
