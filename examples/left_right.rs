@@ -52,7 +52,7 @@ impl Lame {
 
     fn name(self) -> String {
         match self {
-            Lame::Weaker(share) if share == 0.0 => "none".to_owned(),
+            Lame::Weaker(0.0) => "none".to_owned(),
             Lame::Weaker(share) => format!("weaker by {:.0} %", 100.0 * share),
             Lame::Later(share) => format!("later by {:.0} %", 100.0 * share),
         }

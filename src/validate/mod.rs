@@ -313,7 +313,7 @@ impl Scene<'_> {
                     condition: None,
                     expected_error_share: Some(share),
                     expected_error_deg: self.sweep.map(|s| ExpectedDegrees::of(share, s).likely),
-                    proven_optimal: true,
+                    proven_optimal: !phase.drifts(),
                     poses: Vec::new(),
                 }
             }
