@@ -6,11 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
-use muybridge::mask::{CroppedMask, Mask};
-use muybridge::pipeline::{MaskAnalysis, MaskClip, Trends, analyse_segments};
-use muybridge::shot::{FlaggedFrames, SegmentChoice};
-use muybridge::silhouette::{flag_area_jumps, report_of_mask};
-use muybridge::spectrum::Settings;
+use muybridge::mask::Mask;
+use muybridge::pipeline::MaskAnalysis;
+use muybridge::shot::SegmentChoice;
 use muybridge::validate::{Shooting, Unsteady};
 
 #[path = "support/acts.rs"]
@@ -81,7 +79,7 @@ fn main() -> anyhow::Result<()> {
                 size_px: (320, 240),
                 unsteady: Unsteady::default(),
             };
-            Ok(words(&cut(&acts::masks(&truth, &shooting))?))
+            Ok(words(&acts::segmented(&acts::masks(&truth, &shooting), SegmentChoice::Auto)?))
         });
         let [side, turned] = found;
         println!("| {name} | {} | {} | {} |", planted(&acts), side?, turned?);
@@ -92,29 +90,13 @@ fn main() -> anyhow::Result<()> {
             .collect::<anyhow::Result<_>>()?;
         files.sort();
         let masks = files.iter().map(|file| read(file)).collect::<anyhow::Result<Vec<_>>>()?;
-        println!("{folder}: {}", words(&cut(&masks)?));
+        println!("{folder}: {}", words(&acts::segmented(&masks, SegmentChoice::Auto)?));
     }
     Ok(())
 }
 
 fn read(file: &Path) -> anyhow::Result<Mask> {
     Ok(Mask::from_image_bytes(file, &std::fs::read(file)?)?)
-}
-
-fn cut(masks: &[Mask]) -> anyhow::Result<MaskAnalysis> {
-    let mut reports: Vec<_> =
-        masks.iter().enumerate().map(|(t, mask)| report_of_mask(t, mask)).collect();
-    flag_area_jumps(&mut reports);
-    let cropped: Vec<CroppedMask> = masks.iter().map(CroppedMask::from).collect();
-    let clip = MaskClip {
-        masks: &cropped,
-        reports: &reports,
-        flagged: FlaggedFrames::LeaveOut,
-        fps: 25.0,
-        components: 5,
-        trends: Trends::default(),
-    };
-    Ok(analyse_segments(&clip, &Settings::default(), SegmentChoice::Auto)?)
 }
 
 fn words(found: &MaskAnalysis) -> String {

@@ -3,8 +3,12 @@
 
 use std::path::Path;
 
-use muybridge::mask::Mask;
+use muybridge::mask::{CroppedMask, Mask};
+use muybridge::pipeline::{MaskAnalysis, MaskClip, Trends, analyse_segments};
 use muybridge::rig::{Driven, File, Pose};
+use muybridge::shot::{FlaggedFrames, SegmentChoice};
+use muybridge::silhouette::{flag_area_jumps, report_of_mask};
+use muybridge::spectrum::Settings;
 use muybridge::synthetic::{Gait, horse};
 use muybridge::validate::{Shooting, Truth};
 
@@ -100,4 +104,21 @@ fn hold(poses: &mut Vec<Pose>, phases: &mut Vec<f64>, frames: usize) {
 /// The masks of a motion.
 pub(crate) fn masks(truth: &Truth, shooting: &Shooting) -> Vec<Mask> {
     truth.masks(&Shooting { frames: truth.poses.len(), ..shooting.clone() })
+}
+
+/// Masks at 25 frames a second, cut into segments as the pipeline does it by default.
+pub(crate) fn segmented(masks: &[Mask], choice: SegmentChoice) -> muybridge::Result<MaskAnalysis> {
+    let mut reports: Vec<_> =
+        masks.iter().enumerate().map(|(t, mask)| report_of_mask(t, mask)).collect();
+    flag_area_jumps(&mut reports);
+    let cropped: Vec<CroppedMask> = masks.iter().map(CroppedMask::from).collect();
+    let clip = MaskClip {
+        masks: &cropped,
+        reports: &reports,
+        flagged: FlaggedFrames::LeaveOut,
+        fps: 25.0,
+        components: 5,
+        trends: Trends::default(),
+    };
+    analyse_segments(&clip, &Settings::default(), choice)
 }

@@ -1,10 +1,8 @@
 //! Clips in which the motion changes, rendered, and steady ones: where they are cut.
 
-use muybridge::mask::CroppedMask;
-use muybridge::pipeline::{MaskAnalysis, MaskClip, Trends, analyse_segments};
-use muybridge::shot::{FlaggedFrames, SegmentChoice};
-use muybridge::silhouette::{flag_area_jumps, report_of_mask};
-use muybridge::spectrum::{Settings, Verdict};
+use muybridge::pipeline::MaskAnalysis;
+use muybridge::shot::SegmentChoice;
+use muybridge::spectrum::Verdict;
 use muybridge::synthetic::{Gait, NamedClip, to_glb};
 use muybridge::validate::{Shooting, Subject, Truth, Unsteady};
 use serde_json::Value;
@@ -29,20 +27,7 @@ fn shooting(yaw_deg: f64) -> Shooting {
 }
 
 fn analysed(truth: &Truth, shooting: &Shooting, choice: SegmentChoice) -> MaskAnalysis {
-    let masks = acts::masks(truth, shooting);
-    let mut reports: Vec<_> =
-        masks.iter().enumerate().map(|(t, mask)| report_of_mask(t, mask)).collect();
-    flag_area_jumps(&mut reports);
-    let cropped: Vec<CroppedMask> = masks.iter().map(CroppedMask::from).collect();
-    let clip = MaskClip {
-        masks: &cropped,
-        reports: &reports,
-        flagged: FlaggedFrames::LeaveOut,
-        fps: 25.0,
-        components: 5,
-        trends: Trends::default(),
-    };
-    analyse_segments(&clip, &Settings::default(), choice).unwrap()
+    acts::segmented(&acts::masks(truth, shooting), choice).unwrap()
 }
 
 /// The frames at which segments end, and whether a gait was seen in each.
