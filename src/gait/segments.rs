@@ -40,7 +40,7 @@ const OWN_RANK: f64 = 0.8;
 
 /// A place is steady from this share of the clip's own steadiness on: above one half, since where two motions
 /// meet one cycle explains the one that fills half of the window, and the more above the less noise there is
-/// to make it waver. Over the rigs' steady and unsteady clips no place falls below .97 of the clip's own, of
+/// to make it waver. Over the rigs' steady and unsteady clips no place falls below .90 of the clip's own, of
 /// four real horses none below .63 where it is .57; jumps and changes of gait fall to .64 to .1 of .96.
 fn steady_share(own: f64) -> f64 {
     0.5 + 0.25 * own
