@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use muybridge::shot::Method;
+use muybridge::shot::{Method, Mirroring};
 use muybridge::spectrum::Gait;
 use muybridge::validate::{Settings, validate};
 
@@ -125,6 +125,7 @@ fn points(data: &Path) -> anyhow::Result<Vec<Point>> {
                 partners: false,
                 gait,
                 method: Method::Phase,
+                mirror: Mirroring::Auto,
                 band_pass: true,
                 time_limit_s: 5.0,
             };

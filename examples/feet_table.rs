@@ -148,8 +148,8 @@ fn looped(path: &Path, clip: &str, gait: Gait, strides: usize) -> anyhow::Result
     let found = analyse_masks(&truth.masks(&shooting), 25.0, 5, Trends::default(), &settings)?;
     let phase = found.phase_table().context("no phase")?;
     let wanted = KeySettings { keys: 8, ..KeySettings::default() };
-    let keys = keys_by_phase(&phase, &wanted)?;
-    let weights = phase_weights(&phase, &keys.frames, 0.0)?;
+    let keys = keys_by_phase(&phase, &wanted, false)?;
+    let weights = phase_weights(&phase, &keys.frames, 0.0, false)?;
     let clock = evened(&phase.stride_cycles);
     let frames = loop_frames(&clock, strides).context("too short")?.round().max(2.0);
     let values = weights.values();

@@ -76,8 +76,8 @@ fn main() -> anyhow::Result<()> {
     let Some(phase) = found.phase_table() else { bail!("no gait phase") };
     let legs = Legs::of(&parts);
     let wanted = KeySettings { keys: KEYS, exclude: legs.unsure(), ..KeySettings::default() };
-    let chosen = keys_by_phase(&phase, &wanted)?;
-    let weights = phase_weights(&phase, &chosen.frames, ridge)?;
+    let chosen = keys_by_phase(&phase, &wanted, false)?;
+    let weights = phase_weights(&phase, &chosen.frames, ridge, false)?;
     println!("the view drifts: {}", phase.drifts());
     println!("keys {:?}", chosen.frames);
     let mean = legs.mean_error();

@@ -1,6 +1,6 @@
 //! The error table of the default method over the rigs, beside the floor and the methods of the
-//! paper: `cargo run --release --example phase_table -- DATA [--seed N] [--phase-only] [--yaws 0,20]`,
-//! DATA the folder that holds `rigs/`. With `--unsteady` each cell is compared with its steady value instead, for footage
+//! paper: `cargo run --release --example phase_table -- DATA [--seed N] [--phase-only] [--yaws 0,20]
+//! [--no-mirror]`, DATA the folder that holds `rigs/`. With `--unsteady` each cell is compared with its steady value instead, for footage
 //! whose speed drifts by 12 %, whose strides vary by 10 %, with 5 % of the masks broken, of 3.2 cycles
 //! only, at 15 frames a second, and of all of these. The gait is named symmetric or asymmetric, nothing else is told.
 
@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use muybridge::shot::Method;
+use muybridge::shot::{Method, Mirroring};
 use muybridge::spectrum::Gait;
 use muybridge::validate::{Settings, Shooting, Validation, validate};
 
@@ -168,8 +168,14 @@ fn table(
         partners,
         gait: if known.symmetric == Some(true) { Gait::Symmetric } else { Gait::Asymmetric },
         method,
+        mirror: mirroring(),
         band_pass: true,
         time_limit_s: 5.0,
     };
     Ok(validate(&settings, &|_, _| true)?)
+}
+
+/// Poses count twice where the gait is symmetric, unless `--no-mirror` says otherwise.
+fn mirroring() -> Mirroring {
+    if std::env::args().any(|a| a == "--no-mirror") { Mirroring::Off } else { Mirroring::Auto }
 }

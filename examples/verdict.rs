@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use muybridge::shot::Method;
+use muybridge::shot::{Method, Mirroring};
 use muybridge::spectrum::Gait;
 use muybridge::validate::{Settings, Shooting, Validation, validate};
 
@@ -178,6 +178,7 @@ fn judge(run: Run) -> anyhow::Result<Judged> {
         partners: false,
         gait,
         method: Method::Auto,
+        mirror: Mirroring::Auto,
         band_pass: true,
         time_limit_s: 5.0,
     };

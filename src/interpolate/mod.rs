@@ -11,7 +11,7 @@ mod weights;
 
 pub use blend::{LargestStep, blend, largest_step};
 pub use kernel::{KernelSettings, Rbf};
-pub use over_phase::{weights_over_drift, weights_over_phase};
+pub use over_phase::{weights_over_drift, weights_over_mirrored, weights_over_phase};
 pub use retime::{Loop, evened, loop_frames, resample, seamless};
 pub use seam::{Seam, smoothest_start};
 pub use switching::{SwitchAt, Switching};

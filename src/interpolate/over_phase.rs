@@ -1,6 +1,6 @@
 //! Interpolation over the gait phase: the periodic cubic spline through the key poses.
 
-use crate::numeric::{DriftingCycle, PeriodicCubic};
+use crate::numeric::{DriftingCycle, MirroredCycle, PeriodicCubic};
 use crate::{Error, Result};
 
 use super::weights::{Weights, check_distinct};
@@ -48,6 +48,25 @@ pub fn weights_over_drift(
         cycles.iter().zip(drift).map(|(p, d)| motion.weights(*p, *d)).collect();
     let active = vec![None; rows.len()];
     Ok(Weights::new(keys.len(), rows, active, Vec::new()))
+}
+
+/// The weights of all frames of a motion whose left does what its right does half a stride later
+/// ([`MirroredCycle`]): of the key poses, and after them of the same poses with the sides exchanged, in the same order.
+/// They sum to one; at a key's frame that key's pose has weight 1 (to a thousandth).
+///
+/// # Errors
+/// As [`weights_over_phase`].
+pub fn weights_over_mirrored(stride_cycles: &[f64], keys: &[usize]) -> Result<Weights> {
+    check_distinct(keys.iter().copied())?;
+    let frames = stride_cycles.len();
+    if let Some(&frame) = keys.iter().find(|k| **k >= frames) {
+        return Err(Error::KeyFrameOutOfRange { frame, frames });
+    }
+    let phases: Vec<f64> = keys.iter().map(|&k| stride_cycles[k]).collect();
+    let motion = MirroredCycle::new(&phases).ok_or(Error::NoKeys)?;
+    let rows: Vec<Vec<f64>> = stride_cycles.iter().map(|&p| motion.weights(p)).collect();
+    let active = vec![None; rows.len()];
+    Ok(Weights::new(2 * keys.len(), rows, active, Vec::new()).with_mirrored(keys.len()))
 }
 
 #[cfg(test)]

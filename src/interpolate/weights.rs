@@ -22,11 +22,13 @@ pub enum Method {
 /// The weight of each of K poses at each frame.
 ///
 /// With [`Method::Rbf`] the poses are the keys, K = m. With [`Method::Switching`] they are the keys
-/// followed by their partners in the same order, K = 2m.
+/// followed by their partners in the same order, K = 2m. Over a mirrored motion they are the keys followed by the
+/// same poses with left and right exchanged, K = 2m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     frames: usize,
     poses: usize,
+    mirrored: usize,
     values: Vec<f64>,
     active_models: Vec<Option<usize>>,
     phase_conflicts: Vec<usize>,
@@ -43,6 +45,12 @@ impl Weights {
     #[must_use]
     pub fn poses(&self) -> usize {
         self.poses
+    }
+
+    /// How many of the poses, the last ones, are the first ones with left and right exchanged.
+    #[must_use]
+    pub fn mirrored(&self) -> usize {
+        self.mirrored
     }
 
     /// All weights, row-major: `frames` rows of `poses`.
@@ -97,7 +105,13 @@ impl Weights {
         active_models: Vec<Option<usize>>,
         phase_conflicts: Vec<usize>,
     ) -> Self {
-        Self { frames: rows.len(), poses, values: rows.concat(), active_models, phase_conflicts }
+        let values = rows.concat();
+        Self { frames: rows.len(), poses, mirrored: 0, values, active_models, phase_conflicts }
+    }
+
+    pub(super) fn with_mirrored(mut self, mirrored: usize) -> Self {
+        self.mirrored = mirrored;
+        self
     }
 }
 

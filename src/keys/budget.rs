@@ -14,7 +14,9 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::on_phase::{Circle, PhaseKeySettings, PhasedFrames};
+use super::circle::{Circle, Turn};
+use super::on_mirror::Circles;
+use super::on_phase::{PhaseKeySettings, PhasedFrames};
 use crate::Result;
 
 /// The factor and the exponents of the fit.
@@ -71,17 +73,44 @@ pub fn pose_budget(
     counts: RangeInclusive<usize>,
     sweep: Option<f64>,
 ) -> Result<Vec<BudgetLine>> {
-    let most = (*counts.end()).max(settings.force.len());
-    let problem = Circle::new(frames, &PhaseKeySettings { keys: most, ..settings.clone() })?;
+    let circle = Circle::new(frames, &most_keys(settings, &counts), Turn::Stride)?;
+    let share = |keys| circle.shortest(keys).map(|(cost, _)| cost.max(0.0).sqrt());
+    Ok(lines(counts, sweep, share))
+}
+
+/// The same of a gait whose left and right are alike, each pose counting with the sides exchanged too.
+///
+/// # Errors
+/// As [`pose_budget`].
+pub fn pose_budget_on_mirror(
+    frames: PhasedFrames<'_>,
+    settings: &PhaseKeySettings,
+    counts: RangeInclusive<usize>,
+    sweep: Option<f64>,
+) -> Result<Vec<BudgetLine>> {
+    let circles = Circles::new(frames, &most_keys(settings, &counts))?;
+    Ok(lines(counts, sweep, |keys| circles.best(keys).map(|k| k.expected_error_share)))
+}
+
+fn most_keys(settings: &PhaseKeySettings, counts: &RangeInclusive<usize>) -> PhaseKeySettings {
+    let keys = (*counts.end()).max(settings.force.len());
+    PhaseKeySettings { keys, ..settings.clone() }
+}
+
+fn lines(
+    counts: RangeInclusive<usize>,
+    sweep: Option<f64>,
+    share: impl Fn(usize) -> Option<f64>,
+) -> Vec<BudgetLine> {
     let line = |keys: usize| {
-        let share = problem.shortest(keys)?.0.max(0.0).sqrt();
+        let share = share(keys)?;
         Some(BudgetLine {
             keys,
             expected_error_share: share,
             expected_error_deg: sweep.map(|s| ExpectedDegrees::of(share, s)),
         })
     };
-    Ok(counts.filter_map(line).collect())
+    counts.filter_map(line).collect()
 }
 
 #[cfg(test)]

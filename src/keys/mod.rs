@@ -21,13 +21,16 @@
 //! On a single component conditions are large and bounds weak: 8 of 100 take minutes.
 
 mod budget;
+mod circle;
 mod condition;
 mod cycle;
+mod expected;
 mod factor;
 mod graph;
 mod incumbent;
 mod node;
 mod on_drift;
+mod on_mirror;
 mod on_phase;
 mod partners;
 mod problem;
@@ -46,9 +49,10 @@ use crate::{Error, Result};
 
 use problem::Problem;
 
-pub use budget::{BudgetLine, ExpectedDegrees, pose_budget};
+pub use budget::{BudgetLine, ExpectedDegrees, pose_budget, pose_budget_on_mirror};
 pub use cycle::cycle_order;
 pub use on_drift::choose_keys_on_drift;
+pub use on_mirror::choose_keys_on_mirror;
 pub use on_phase::{PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys_on_phase};
 pub use partners::{Partner, PartnerSettings, propose_partners};
 

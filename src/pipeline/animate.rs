@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::choose::resolved_method;
 use super::feet;
+use super::mirror;
 use super::pan::{self, Pan};
 use super::stages::{json, weights};
 use super::timing::{self, LoopTiming, Timed};
@@ -40,7 +41,7 @@ pub fn animate(shot: &Shot, options: Options) -> Result<AnimationResult> {
         return Err(missing(shot, "no rig with key poses is named".to_owned()));
     };
     let file = File::read(&shot.path(rig))?;
-    let specs = pose_specs(shot, table.poses)?;
+    let specs = pose_specs(shot, table.posed())?;
     let reads = animate_reads(shot, &file)?;
     let outside = file.referenced_files();
     if !options.force && shot.freshness(Stage::Animate, &reads) == Freshness::UpToDate {
@@ -87,7 +88,10 @@ fn write(
     let frames = animated_frames(shot, table)?;
     let Timed { values, fps, looped } = timing::timed(shot, table, frames.clone())?;
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
-    let poses = KeyPoses::read(file, specs, shot.fps())?;
+    let mut poses = KeyPoses::read(file, specs, shot.fps())?;
+    if table.mirrored > 0 {
+        mirror::exchanged(file, &mut poses)?;
+    }
     let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
     if !options.progress.step(Stage::Animate, 1, Some(2)) {
         return Err(Error::Interrupted);
@@ -133,6 +137,7 @@ fn write(
         frames: clip.poses.len(),
         first_frame: frames.start,
         method: method.to_owned(),
+        mirrored_poses: table.mirrored,
         weight_range: range(&values),
         sum_range: range(&sums),
         largest_step_deg: step.angle_deg,

@@ -5,7 +5,8 @@ use crate::interpolate::{self, KernelSettings, Switching, Weights};
 use crate::keys::{
     BudgetLine, ExpectedDegrees, KeyChoice, KeySettings, Partner, PartnerSettings,
     PhaseKeySettings, PhaseKeys, PhasedFrames, choose_keys, choose_keys_on_drift,
-    choose_keys_on_phase, pose_budget, propose_partners,
+    choose_keys_on_mirror, choose_keys_on_phase, pose_budget, pose_budget_on_mirror,
+    propose_partners,
 };
 use crate::numeric::Coefficients;
 use crate::shot;
@@ -96,18 +97,28 @@ pub fn resolved_method(
     }
 }
 
-/// Keys for the interpolation over the gait phase.
+/// Keys for the interpolation over the gait phase; `mirrored` as [`halves_alike`](super::halves_alike) says.
 ///
 /// # Errors
 /// As [`choose_keys_on_phase`].
-pub fn keys_by_phase(phase: &shot::PhaseTable, wanted: &KeySettings) -> Result<PhaseKeys> {
-    keys_over(phase, &phase_settings(wanted))
+pub fn keys_by_phase(
+    phase: &shot::PhaseTable,
+    wanted: &KeySettings,
+    mirrored: bool,
+) -> Result<PhaseKeys> {
+    keys_over(phase, &phase_settings(wanted), mirrored)
 }
 
 /// Keys over the phase, and beside it over the drift of the view where there is one.
-fn keys_over(phase: &shot::PhaseTable, settings: &PhaseKeySettings) -> Result<PhaseKeys> {
+fn keys_over(
+    phase: &shot::PhaseTable,
+    settings: &PhaseKeySettings,
+    mirrored: bool,
+) -> Result<PhaseKeys> {
     let frames = phased_frames(phase);
-    if phase.drifts() {
+    if mirrored {
+        choose_keys_on_mirror(frames, settings)
+    } else if phase.drifts() {
         choose_keys_on_drift(frames, &phase.drift, settings)
     } else {
         choose_keys_on_phase(frames, settings)
@@ -146,7 +157,7 @@ pub struct KeysOnPhase {
 }
 
 /// Keys for the interpolation over the gait phase, with the errors to expect of 2 to 12 keys and
-/// the frame that one more key beside these would take. `sweep` is [`MaskAnalysis::sweep`](super::MaskAnalysis::sweep); errors
+/// the frame that one more key beside these would take. `mirrored` as in [`keys_by_phase`]. `sweep` is [`MaskAnalysis::sweep`](super::MaskAnalysis::sweep); errors
 /// are given in degrees where it is known.
 ///
 /// # Errors
@@ -155,13 +166,17 @@ pub fn choose_by_phase(
     phase: &shot::PhaseTable,
     wanted: &KeySettings,
     sweep: Option<f64>,
+    mirrored: bool,
 ) -> Result<KeysOnPhase> {
     let (frames, settings) = (phased_frames(phase), phase_settings(wanted));
-    let chosen = keys_over(phase, &settings)?;
+    let chosen = keys_over(phase, &settings, mirrored)?;
     let degrees = |share| sweep.map(|s| ExpectedDegrees::of(share, s));
-    let budget = if phase.drifts() {
+    let budget = if mirrored {
+        pose_budget_on_mirror(frames, &settings, BUDGET, sweep)?
+    } else if phase.drifts() {
         let line = |keys| {
-            let found = keys_over(phase, &PhaseKeySettings { keys, ..settings.clone() }).ok()?;
+            let wanted = PhaseKeySettings { keys, ..settings.clone() };
+            let found = keys_over(phase, &wanted, false).ok()?;
             let expected_error_share = found.expected_error_share;
             let expected_error_deg = degrees(expected_error_share);
             Some(BudgetLine { keys, expected_error_share, expected_error_deg })
@@ -172,7 +187,7 @@ pub fn choose_by_phase(
     };
     let one_more =
         PhaseKeySettings { keys: wanted.keys + 1, force: chosen.frames.clone(), ..settings };
-    let next = keys_over(phase, &one_more)
+    let next = keys_over(phase, &one_more, mirrored)
         .ok()
         .and_then(|keys| keys.frames.into_iter().find(|f| !chosen.frames.contains(f)));
     let expected_error_deg = degrees(chosen.expected_error_share);
@@ -183,12 +198,20 @@ pub fn choose_by_phase(
 const BUDGET: std::ops::RangeInclusive<usize> = 2..=12;
 
 /// The weights of poses at the given frames over the gait phase, and over the drift of the view where there is one. The
-/// drift's are those of the ridge, the phase's alone do without.
+/// drift's are those of the ridge, the phase's alone do without. `mirrored`: of the poses and then of the same with left
+/// and right exchanged.
 ///
 /// # Errors
 /// As [`interpolate::weights_over_phase`].
-pub fn phase_weights(phase: &shot::PhaseTable, poses: &[usize], ridge: f64) -> Result<Weights> {
-    if phase.drifts() {
+pub fn phase_weights(
+    phase: &shot::PhaseTable,
+    poses: &[usize],
+    ridge: f64,
+    mirrored: bool,
+) -> Result<Weights> {
+    if mirrored {
+        interpolate::weights_over_mirrored(&phase.stride_cycles, poses)
+    } else if phase.drifts() {
         interpolate::weights_over_drift(&phase.stride_cycles, &phase.drift, poses, ridge)
     } else {
         interpolate::weights_over_phase(&phase.stride_cycles, poses)

@@ -12,6 +12,7 @@ mod drift;
 mod feet;
 mod footage;
 mod kept;
+mod mirror;
 mod new;
 mod pan;
 mod progress;
@@ -31,6 +32,7 @@ pub use choose::{
 };
 pub use demo::{demo, pose_from_truth};
 pub use drift::ShapeDrift;
+pub use mirror::halves_alike;
 pub use new::{NewShot, NewShotReport, new_shot};
 pub use progress::{NoProgress, Progress};
 pub use segment::{FlaggedLine, SegmentSummary, SilhouetteLine, segment};

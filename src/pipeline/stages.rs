@@ -5,6 +5,7 @@ use super::choose::{
     KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, phase_weights,
     resolved_method,
 };
+use super::mirror;
 use super::segment::segment;
 use super::segments::{analyse_segments, segments_csv, stored_segments};
 use super::{Options, Outcome};
@@ -222,6 +223,7 @@ pub(super) fn keys_reads(shot: &Shot) -> Result<Reads> {
                 shot.settings.analysis.band_pass,
                 shot.settings.animation.alpha,
                 shot.settings.animation.method,
+                shot.settings.animation.mirror,
             )),
         ),
     ]);
@@ -252,19 +254,21 @@ fn chosen_keys(
         resolved_method(shot.settings.animation.method, request.partners, phase.is_some())?;
     if let (Method::Phase, Some(phase)) = (method, &phase) {
         let sweep = diagnosis.stride.as_ref().and_then(|s| s.sweep);
+        let mirrored = !request.partners && mirror::counts_twice(shot, diagnosis, phase.drifts());
         let KeysOnPhase { chosen, expected_error_deg, budget, next_frame } =
-            choose_by_phase(phase, &request.keys, sweep)?;
+            choose_by_phase(phase, &request.keys, sweep, mirrored)?;
         return Ok(StoredKeys {
             method: "phase".to_owned(),
             keys: key_images(&chosen.frames, &[], shot.fps()),
             components: coefficients.components(),
+            mirrored,
             expected_error_share: Some(chosen.expected_error_share),
             expected_error_deg,
             budget,
             next_frame,
             condition: None,
-            // Over a drift the sets are not all searched.
-            proven_optimal: !phase.drifts(),
+            // Over a drift the sets are not all searched, with the mirror those of two circles.
+            proven_optimal: !mirrored && !phase.drifts(),
             lower_bound: None,
         });
     }
@@ -276,6 +280,7 @@ fn chosen_keys(
         method: "condition-number".to_owned(),
         keys: key_images(&chosen.choice.frames, &chosen.partner_frames(), shot.fps()),
         components: coefficients.components(),
+        mirrored: false,
         expected_error_share: None,
         expected_error_deg: None,
         budget: Vec::new(),
@@ -355,7 +360,10 @@ pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable
         });
         let found = if let Some(phase) = by_phase {
             let poses: Vec<usize> = keys.iter().chain(&partners).copied().collect();
-            phase_weights(phase, &poses, settings.ridge)?
+            let mirrored = partners.is_empty()
+                && mirror::counts_twice(shot, &diagnosis, phase.drifts())
+                && mirror::rig_has_one(shot)?;
+            phase_weights(phase, &poses, settings.ridge, mirrored)?
         } else {
             let step = diagnosis.step_frames;
             interpolation_weights(&coefficients, &keys, &partners, step, None, settings)?
@@ -391,13 +399,16 @@ pub(super) fn weights_reads(shot: &Shot) -> Result<Reads> {
         ),
     ]);
     reads.extend(phase_reads(shot)?);
+    if mirror::counts_twice(shot, &diagnosis, false) {
+        mirror::reads(shot, &mut reads)?;
+    }
     Ok(reads)
 }
 
 /// The settings of `[animation]` that weights depend on.
-fn weight_settings(shot: &Shot) -> (crate::shot::Method, f64, f64, bool, bool, usize) {
+fn weight_settings(shot: &Shot) -> impl serde::Serialize + use<> {
     let a = &shot.settings.animation;
-    (a.method, a.alpha, a.ridge, a.clamp, a.normalize, a.start_model)
+    (a.method, a.mirror, a.alpha, a.ridge, a.clamp, a.normalize, a.start_model)
 }
 
 fn step(options: Options, stage: Stage, done: usize, total: usize) -> Result<()> {

@@ -103,7 +103,9 @@ fn bars(canvas: &mut Canvas, weights: Option<&WeightTable>, frame: usize, left: 
     let Some(table) = weights.filter(|w| frame < w.frames()) else { return };
     for (key, &weight) in table.row(frame).iter().enumerate() {
         let length = (weight.abs() * LONGEST_BAR_PX).round().min(2.0 * LONGEST_BAR_PX) as u32;
-        let colour = if weight < 0.0 { INK } else { series(key) };
+        // A pose with left and right exchanged has the colour of the pose.
+        let pose = if key < table.posed() { key } else { key - table.posed() };
+        let colour = if weight < 0.0 { INK } else { series(pose) };
         canvas.fill((left + BAR_PX, BAR_PX + key as u32 * (BAR_PX + 4)), (length, BAR_PX), colour);
     }
 }

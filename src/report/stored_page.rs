@@ -130,8 +130,11 @@ fn weight_plot(
     let frames = table.frames();
     let values: Vec<Vec<f64>> =
         (0..table.poses).map(|k| (0..frames).map(|t| table.row(t)[k]).collect()).collect();
-    let curves: Vec<WeightCurve> =
-        marks.iter().zip(&values).map(|(&mark, values)| WeightCurve { mark, values }).collect();
+    let own = marks.iter().take(table.posed()).map(|&mark| (mark, false));
+    let exchanged = marks.iter().take(table.mirrored).map(|&mark| (mark, true));
+    let curves: Vec<WeightCurve> = (own.chain(exchanged).zip(&values))
+        .map(|((mark, mirrored), values)| WeightCurve { mark, mirrored, values })
+        .collect();
     let sum: Vec<f64> = (0..frames).map(|t| table.sum(t)).collect();
     let models: Vec<usize> = table.models.iter().filter_map(|m| m.map(|m| m + 1)).collect();
     let active_model = if models.len() == frames { &models[..] } else { &[] };

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::{Driven, File, Pose};
+use super::{Driven, File, Mirror, Pose};
 use crate::error::{Error, Result};
 
 /// A moment of a clip.
@@ -108,6 +108,15 @@ impl KeyPoses {
             }
         }
         Ok(Self { poses, driven })
+    }
+
+    /// Adds the same poses with left and right exchanged, in the same order.
+    ///
+    /// # Panics
+    /// When `mirror` is of another rig.
+    pub fn add_mirrored(&mut self, mirror: &Mirror) {
+        let made: Vec<Pose> = self.poses.iter().map(|p| mirror.pose(p, &self.driven)).collect();
+        self.poses.extend(made);
     }
 }
 

@@ -82,7 +82,7 @@ pub(super) fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f
 /// T·R·S of a matrix without shear (glTF 2.0 §3.5.3 demands that there is none; what there is of
 /// it is dropped by Gram-Schmidt). A reflection becomes a negative scale along x. Axes of scale
 /// zero are completed to a right-handed frame.
-fn decomposed(m: &Matrix4<f64>) -> NodePose {
+pub(super) fn decomposed(m: &Matrix4<f64>) -> NodePose {
     let column = |i: usize| Vector3::new(m[(0, i)], m[(1, i)], m[(2, i)]);
     let axes = [column(0), column(1), column(2)];
     let mut scale = Vector3::from(axes.map(|a| a.norm()));

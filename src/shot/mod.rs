@@ -23,8 +23,8 @@ pub use phase_table::PhaseTable;
 pub use record::{Freshness, Reads, StageWriter, Written};
 pub use relative::relative_to;
 pub use settings::{
-    Analysis, Animation, Feet, FlaggedFrames, Keys, Method, PoseOfKey, Poses, Root, SegmentChoice,
-    ShotFile, Source, SpeedFrom,
+    Analysis, Animation, Feet, FlaggedFrames, Keys, Method, Mirroring, PoseOfKey, Poses, Root,
+    SegmentChoice, ShotFile, Source, SpeedFrom,
 };
 pub use silhouettes::SilhouetteTable;
 pub use source::{DEFAULT_FPS, Input, SYNTHETIC_PREFIX};

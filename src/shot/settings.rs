@@ -261,6 +261,19 @@ pub enum Method {
     Switching,
 }
 
+/// Whether poses are used with left and right exchanged too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mirroring {
+    /// Where the gait is symmetric, by name or as seen, and the rig has a left and a right.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
 /// `[animation]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -269,6 +282,8 @@ pub struct Animation {
     pub name: String,
     /// Interpolation method.
     pub method: Method,
+    /// Whether poses are used with left and right exchanged too, half a stride later.
+    pub mirror: Mirroring,
     /// Width of the Gaussian, equation 15.
     pub alpha: f64,
     /// Added to the diagonal of H.
@@ -294,6 +309,7 @@ impl Default for Animation {
         Self {
             name: String::new(),
             method: Method::Auto,
+            mirror: Mirroring::Auto,
             alpha: std::f64::consts::LN_2,
             ridge: 0.0,
             clamp: false,
@@ -522,6 +538,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     (
         "animation.method",
         "auto (switching where keys have partners, else phase), phase, rbf, switching. phase and rbf choose different keys.",
+    ),
+    (
+        "animation.mirror",
+        "Use every pose with left and right exchanged too, half a stride later: auto (symmetric gaits, over the phase), on, off. Keys are chosen for it.",
     ),
     (
         "animation.alpha",

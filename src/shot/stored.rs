@@ -155,6 +155,9 @@ pub struct StoredKeys {
     pub keys: Vec<KeyImage>,
     /// Components that distances were measured with.
     pub components: usize,
+    /// By phase: whether each pose is meant to count half a stride later too, with left and right exchanged.
+    #[serde(default)]
+    pub mirrored: bool,
     /// By phase: the error expected of the interpolation, as a share of the motion's deviation from
     /// its mean pose.
     #[serde(default)]
@@ -273,6 +276,9 @@ pub struct StoredAnimation {
     pub first_frame: usize,
     /// "phase", "rbf" or "switching".
     pub method: String,
+    /// Number of poses that were used with left and right exchanged too.
+    #[serde(default)]
+    pub mirrored_poses: usize,
     /// Smallest and largest weight of any pose.
     pub weight_range: [f64; 2],
     /// Smallest and largest sum of a frame's weights.

@@ -74,12 +74,17 @@ impl Projections {
     }
 }
 
+/// Before the number of a key whose pose is taken with left and right exchanged.
+const MIRRORED: &str = "mirrored_";
+
 /// `keys/weights.csv`: for every frame the weight of every key's pose, their sum, and the active
 /// switching model. It needs no rig: anything that can be summed can be driven by it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeightTable {
     /// Number of poses, K.
     pub poses: usize,
+    /// How many of them, the last ones, are the first ones with left and right exchanged.
+    pub mirrored: usize,
     /// Frames × poses, row-major.
     pub values: Vec<f64>,
     /// The switching model of each frame, from 0; `None` without switching.
@@ -92,6 +97,7 @@ impl WeightTable {
     pub fn of(weights: &Weights) -> Self {
         Self {
             poses: weights.poses(),
+            mirrored: weights.mirrored(),
             values: weights.values().to_vec(),
             models: (0..weights.frames()).map(|t| weights.active_model(t)).collect(),
         }
@@ -105,6 +111,7 @@ impl WeightTable {
     pub fn rows(&self, frames: std::ops::Range<usize>) -> Self {
         Self {
             poses: self.poses,
+            mirrored: self.mirrored,
             values: self.values[frames.start * self.poses..frames.end * self.poses].to_vec(),
             models: self.models[frames].to_vec(),
         }
@@ -134,12 +141,19 @@ impl WeightTable {
         self.row(t).iter().sum()
     }
 
-    /// The table as text: frame, time, one column a key, sum, model (from 1, empty without
+    /// Number of poses that somebody has to make.
+    #[must_use]
+    pub fn posed(&self) -> usize {
+        self.poses - self.mirrored
+    }
+
+    /// The table as text: frame, time, one column a key, one a mirrored key, sum, model (from 1, empty without
     /// switching).
     #[must_use]
     pub fn to_csv(&self, fps: f64) -> String {
         let mut header = vec!["frame".to_owned(), "time_s".to_owned()];
-        header.extend((1..=self.poses).map(|k| format!("key_{k}")));
+        header.extend((1..=self.posed()).map(|k| format!("key_{k}")));
+        header.extend((1..=self.mirrored).map(|k| format!("{MIRRORED}{k}")));
         header.extend(["sum".to_owned(), "model".to_owned()]);
         let rows = (0..self.frames()).map(|t| {
             let mut row = vec![t.to_string(), number(t as f64 / fps)];
@@ -156,8 +170,10 @@ impl WeightTable {
     /// # Errors
     /// [`Error::Table`] naming the line.
     pub fn from_csv(path: &Path, bytes: &[u8]) -> Result<Self> {
-        let mut found = Self { poses: 0, values: Vec::new(), models: Vec::new() };
-        for (at, row) in records(path, bytes)?.into_iter().enumerate() {
+        let (header, rows) = header_and_records(path, bytes)?;
+        let mirrored = header.iter().filter(|name| name.starts_with(MIRRORED)).count();
+        let mut found = Self { poses: 0, mirrored, values: Vec::new(), models: Vec::new() };
+        for (at, row) in rows.into_iter().enumerate() {
             let line = at + 2;
             if row.len() < 5 {
                 return Err(Error::table(
@@ -167,6 +183,9 @@ impl WeightTable {
                 ));
             }
             found.poses = row.len() - 4;
+            if 2 * mirrored > found.poses {
+                return Err(Error::table(path, 1, "there are more mirrored keys than keys"));
+            }
             for cell in &row[2..2 + found.poses] {
                 found.values.push(parse(path, line, cell)?);
             }
@@ -208,13 +227,19 @@ pub fn number(value: f64) -> String {
 }
 
 pub(super) fn records(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<String>>> {
+    Ok(header_and_records(path, bytes)?.1)
+}
+
+fn header_and_records(path: &Path, bytes: &[u8]) -> Result<(Vec<String>, Vec<Vec<String>>)> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let header = reader.headers().map_err(|e| Error::table(path, 1, &e.to_string()))?;
+    let header = header.iter().map(str::to_owned).collect();
     let mut rows = Vec::new();
     for (at, record) in reader.records().enumerate() {
         let record = record.map_err(|e| Error::table(path, at + 2, &e.to_string()))?;
         rows.push(record.iter().map(str::to_owned).collect());
     }
-    Ok(rows)
+    Ok((header, rows))
 }
 
 pub(super) fn numbers(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
@@ -257,6 +282,7 @@ mod tests {
     fn weights_read_back_and_may_be_edited() {
         let weights = WeightTable {
             poses: 2,
+            mirrored: 0,
             values: vec![0.25, 0.75, 1.0 / 3.0, -0.1],
             models: vec![Some(0), None],
         };
@@ -268,6 +294,12 @@ mod tests {
         let error = WeightTable::from_csv(path, edited.as_bytes()).unwrap_err();
         assert!(matches!(error, Error::Table { line: 2, .. }), "{error}");
         assert!(WeightTable::from_csv(path, b"frame,time_s,key_1,sum,model\n").is_err());
+        let mirrored = WeightTable { mirrored: 1, ..weights };
+        let text = mirrored.to_csv(24.0);
+        assert!(text.starts_with("frame,time_s,key_1,mirrored_1,sum,model\n"));
+        assert_eq!(WeightTable::from_csv(path, text.as_bytes()).unwrap(), mirrored);
+        let error = WeightTable::from_csv(path, text.replace("key_1", "mirrored_2").as_bytes());
+        assert!(matches!(error, Err(Error::Table { line: 1, .. })));
     }
 
     #[test]

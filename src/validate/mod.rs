@@ -24,11 +24,11 @@ use crate::interpolate::blend;
 use crate::keys::{ExpectedDegrees, KeySettings};
 use crate::numeric::Coefficients;
 use crate::pipeline::{
-    KeyRequest, Trends, analyse_masks, choose, interpolation_weights, keys_by_phase,
-    resolved_method,
+    KeyRequest, Trends, analyse_masks, choose, halves_alike, interpolation_weights, keys_by_phase,
+    phase_weights, resolved_method,
 };
-use crate::rig::{NodePose, Pose, mean_rotation};
-use crate::shot::{Animation, Method, PhaseTable};
+use crate::rig::{Mirror, NodePose, Pose, mean_rotation};
+use crate::shot::{Animation, Method, Mirroring, PhaseTable};
 use crate::spectrum;
 
 /// The frame rate names the frames' times; nothing depends on it.
@@ -57,6 +57,8 @@ pub struct Settings {
     pub gait: spectrum::Gait,
     /// Interpolation method; `Auto` switches with partners, and goes by the gait phase else.
     pub method: Method,
+    /// Whether poses are used with left and right exchanged too; it takes a rig that has a left and a right.
+    pub mirror: Mirroring,
     /// Band-passed scores, or raw ones.
     pub band_pass: bool,
     /// Seconds the proof of a key set may take.
@@ -116,6 +118,8 @@ pub struct Validation {
     pub seed: u64,
     /// "phase", "rbf" or "switching".
     pub method: &'static str,
+    /// Whether poses were used with left and right exchanged too.
+    pub mirrored: bool,
     /// Share of variance of each component.
     pub variance_shares: Vec<f64>,
     /// r of each component.
@@ -154,6 +158,13 @@ pub fn validate(
     let analysis = analyse_masks(&masks, FPS, most, Trends::default(), &analysing)?;
     let phase = analysis.gait.as_ref().map(PhaseTable::of);
     let method = resolved_method(settings.method, settings.partners, phase.is_some())?;
+    let mirror = analysis.gait.as_ref().filter(|gait| {
+        let repeats = gait.stride.repeats;
+        method == Method::Phase
+            && !settings.partners
+            && halves_alike(settings.mirror, settings.gait, repeats, false)
+    });
+    let mirror = mirror.and_then(|_| Mirror::of(&truth.model.skeleton, &truth.model.skins).ok());
     let joints = rotating_joints(&truth.driven);
     let step_frames = analysis.spectral.rhythm.step_frames;
     let coefficients = analysis.coefficients(settings.band_pass);
@@ -179,6 +190,7 @@ pub fn validate(
                 truth: &truth,
                 coefficients: &leading,
                 phase: phase.as_ref(),
+                mirror: mirror.as_ref(),
                 sweep: analysis.sweep(),
                 joints: &joints,
                 step_frames,
@@ -213,6 +225,7 @@ pub fn validate(
             Method::Switching => "switching",
             _ => "rbf",
         },
+        mirrored: mirror.is_some(),
         variance_shares: analysis.pca.variance_shares(),
         r: analysis.spectral.components.iter().map(|c| c.r).collect(),
         verdict: diagnosis.verdict.to_string(),
@@ -256,6 +269,7 @@ struct Scene<'a> {
     truth: &'a Truth,
     coefficients: &'a Coefficients,
     phase: Option<&'a PhaseTable>,
+    mirror: Option<&'a Mirror>,
     sweep: Option<f64>,
     joints: &'a [usize],
     step_frames: f64,
@@ -306,14 +320,14 @@ impl Scene<'_> {
         };
         let mut run = match (method, self.phase) {
             (Method::Phase, Some(phase)) => {
-                let chosen = keys_by_phase(phase, &wanted)?;
+                let chosen = keys_by_phase(phase, &wanted, self.mirror.is_some())?;
                 let share = chosen.expected_error_share;
                 Run {
                     posed: chosen.frames,
                     condition: None,
                     expected_error_share: Some(share),
                     expected_error_deg: self.sweep.map(|s| ExpectedDegrees::of(share, s).likely),
-                    proven_optimal: !phase.drifts(),
+                    proven_optimal: self.mirror.is_none() && !phase.drifts(),
                     poses: Vec::new(),
                 }
             }
@@ -339,16 +353,24 @@ impl Scene<'_> {
         };
         let (own, others) = run.posed.split_at(keys.min(run.posed.len()));
         let animation = Animation { method, ..Animation::default() };
-        let cycles = self.phase.map(|p| p.stride_cycles.as_slice());
-        let weights = interpolation_weights(
-            self.coefficients,
-            own,
-            others,
-            self.step_frames,
-            cycles,
-            &animation,
-        )?;
-        let poses = self.truth.key_poses(&run.posed[..weights.poses()]);
+        let weights = match (method, self.phase) {
+            (Method::Phase, Some(phase)) => {
+                phase_weights(phase, &run.posed, animation.ridge, self.mirror.is_some())?
+            }
+            _ => interpolation_weights(
+                self.coefficients,
+                own,
+                others,
+                self.step_frames,
+                None,
+                &animation,
+            )?,
+        };
+        let posed = weights.poses() - weights.mirrored();
+        let mut poses = self.truth.key_poses(&run.posed[..posed]);
+        if let Some(mirror) = self.mirror {
+            poses.add_mirrored(mirror);
+        }
         let skeleton = &self.truth.model.skeleton;
         run.poses = blend("predicted", FPS, skeleton, &poses, weights.values())?.poses;
         Ok(run)

@@ -47,6 +47,7 @@ export interface BudgetLine {
 export interface Keys {
   method: string;
   keys: Key[];
+  mirrored?: boolean;
   expected_error_share: number | null;
   budget: BudgetLine[];
   next_frame: number | null;

@@ -185,6 +185,9 @@ export function keys(main: HTMLElement, inspector: HTMLElement): () => void {
         },
       ),
       error === null ? null : h("p", {}, `With these poses an error of ${percent(error)} of the motion is expected.`),
+      document?.mirrored
+        ? h("p", {}, "Each pose is used half a stride later too, with left and right exchanged.")
+        : null,
       next === null
         ? null
         : h(

@@ -25,6 +25,12 @@ const METHODS: [string, string][] = [
   ["switching", "switching between partners"],
 ];
 
+const MIRROR: [string, string][] = [
+  ["auto", "of symmetric gaits"],
+  ["on", "always"],
+  ["off", "never"],
+];
+
 async function animate(force = false): Promise<void> {
   const { kept, ran } = await store.run("animate", { force });
   if (kept.length > 0) {
@@ -47,6 +53,7 @@ function wishes(): HTMLElement[] {
   };
   return [
     choice("Between the poses", animation.method, METHODS, set("animation.method")),
+    choice("Poses also with left and right exchanged", animation.mirror, MIRROR, set("animation.mirror")),
     h(
       "div",
       { className: "row two" },

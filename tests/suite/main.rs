@@ -20,6 +20,7 @@ mod horse_walk;
 mod interpolate;
 mod layers;
 mod loops;
+mod mirror;
 mod node_packages;
 mod pan;
 mod report;

@@ -3,7 +3,7 @@
 
 use muybridge::gait::Repeats;
 use muybridge::pipeline::{Trends, analyse_masks};
-use muybridge::shot::Method;
+use muybridge::shot::{Method, Mirroring};
 use muybridge::spectrum;
 use muybridge::synthetic::Gait;
 use muybridge::validate::{Settings, Shooting, Subject, Truth, Unsteady, Validation, validate};
@@ -43,6 +43,7 @@ fn run_by(
         partners,
         gait,
         method,
+        mirror: Mirroring::Auto,
         band_pass: true,
         time_limit_s: 30.0,
     };
@@ -198,6 +199,7 @@ fn judged(change: impl Fn(&mut Shooting)) -> (String, f64) {
         partners: false,
         gait: spectrum::Gait::Symmetric,
         method: Method::Auto,
+        mirror: Mirroring::Auto,
         band_pass: true,
         time_limit_s: 5.0,
     };

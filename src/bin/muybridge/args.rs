@@ -237,6 +237,9 @@ pub(crate) struct Keys {
     /// Stop looking for a proof after so many seconds.
     #[arg(long, value_name = "S")]
     pub(crate) time_limit: Option<f64>,
+    /// Choose keys whose poses count half a stride later too, with left and right exchanged. Default: auto.
+    #[arg(long, value_enum)]
+    pub(crate) mirror: Option<Mirroring>,
 }
 
 /// `animate`.
@@ -258,6 +261,10 @@ pub(crate) struct Animate {
     /// changes between `phase` and the others. Default: auto.
     #[arg(long, value_enum)]
     pub(crate) method: Option<Method>,
+    /// Use every pose half a stride later too, with left and right exchanged. Keys are chosen anew when it changes.
+    /// Default: auto.
+    #[arg(long, value_enum)]
+    pub(crate) mirror: Option<Mirroring>,
     /// Frames a second of the animation, resampled: frame i is at i/fps. Default: the shot's.
     #[arg(long, value_name = "HZ")]
     pub(crate) fps: Option<f64>,
@@ -296,6 +303,27 @@ pub(crate) enum Root {
     InPlace,
     /// The animal goes over the ground.
     Travel,
+}
+
+/// Whether poses are used with left and right exchanged too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Mirroring {
+    /// Where the gait is symmetric, by name or as seen.
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+impl From<Mirroring> for muybridge::shot::Mirroring {
+    fn from(mirroring: Mirroring) -> Self {
+        match mirroring {
+            Mirroring::Auto => Self::Auto,
+            Mirroring::On => Self::On,
+            Mirroring::Off => Self::Off,
+        }
+    }
 }
 
 /// What the ground's speed is taken from.
@@ -413,6 +441,9 @@ pub(crate) struct Validate {
     /// change nothing.
     #[arg(long, value_enum, default_value_t = Method::Auto)]
     pub(crate) method: Method,
+    /// Use every pose half a stride later too, with left and right exchanged. Default: auto.
+    #[arg(long, value_enum)]
+    pub(crate) mirror: Option<Mirroring>,
     /// Use the raw scores instead of the band-passed ones.
     #[arg(long)]
     pub(crate) raw: bool,

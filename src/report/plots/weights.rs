@@ -14,6 +14,8 @@ use crate::report::palette::{FAINT, GRID, INK, MUTED, series};
 pub struct WeightCurve<'a> {
     /// The key whose pose it weighs.
     pub mark: KeyMark,
+    /// Whether it weighs that pose with left and right exchanged.
+    pub mirrored: bool,
     /// One weight a frame; need not lie within [0, 1].
     pub values: &'a [f64],
 }
@@ -66,7 +68,8 @@ pub fn weights(input: &Weights) -> Result<Svg> {
         panel.y_axis(figure, "weight", &ticks(panel.y, 7))?;
         let zero = panel.py(0.0);
         figure.line(&[(panel.left, zero), (panel.right(), zero)], Stroke::solid(MUTED, 1.0))?;
-        let marks: Vec<KeyMark> = input.curves.iter().map(|c| c.mark).collect();
+        let own = input.curves.iter().filter(|c| !c.mirrored);
+        let marks: Vec<KeyMark> = own.map(|c| c.mark).collect();
         key_lines(figure, &panel, &marks, true)?;
         figure.line(&panel.curve(input.sum), Stroke::dashed(INK, 1.4))?;
         for (curve, (_, stroke)) in input.curves.iter().zip(&entries) {
@@ -86,6 +89,13 @@ fn entries(input: &Weights) -> Vec<(String, Stroke)> {
         .curves
         .iter()
         .map(|c| match c.mark.partner_of {
+            None if c.mirrored => {
+                let colour = series(c.mark.key.saturating_sub(1));
+                (
+                    format!("key {}, left and right exchanged", c.mark.key),
+                    Stroke::dashed(colour, 2.0),
+                )
+            }
             None => {
                 let colour = series(c.mark.key.saturating_sub(1));
                 (format!("key {}", c.mark.key), Stroke::solid(colour, 2.0))

@@ -96,8 +96,11 @@ pub(super) fn some_weights() -> Svg {
         .collect();
     let sum: Vec<f64> = (0..FRAMES).map(|t| curves.iter().map(|c| c[t]).sum()).collect();
     let active: Vec<usize> = (0..FRAMES).map(|t| 1 + (t * 4 / 25) % 4).collect();
-    let curves: Vec<WeightCurve> =
-        keys.iter().zip(&curves).map(|(&mark, values)| WeightCurve { mark, values }).collect();
+    let curves: Vec<WeightCurve> = keys
+        .iter()
+        .zip(&curves)
+        .map(|(&mark, values)| WeightCurve { mark, mirrored: false, values })
+        .collect();
     weights(&Weights {
         shot: "meadow horse",
         curves: &curves,

@@ -56,6 +56,9 @@ fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
             Method::Switching => shot::Method::Switching,
         };
     }
+    if let Some(mirror) = args.mirror {
+        animation.mirror = mirror.into();
+    }
     if let Some(fps) = args.fps {
         animation.fps = fps;
     }

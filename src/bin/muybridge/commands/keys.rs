@@ -49,6 +49,9 @@ fn take_flags(args: &Keys, shot: &mut Shot) -> anyhow::Result<()> {
     if let Some(limit) = args.time_limit {
         keys.time_limit_s = limit;
     }
+    if let Some(mirror) = args.mirror {
+        shot.settings.animation.mirror = mirror.into();
+    }
     Ok(())
 }
 
@@ -60,11 +63,17 @@ pub(crate) fn text(keys: &StoredKeys, shot: &Shot) -> String {
     }
     if let Some(share) = keys.expected_error_share {
         let degrees = keys.expected_error_deg.map(|d| format!(", about {}", range(d)));
+        let proof = if keys.proven_optimal { " (no other set is better)" } else { "" };
         text.push_str(&format!(
-            "expected error {:.0} % of the motion{} (no other set is better)\n",
+            "expected error {:.0} % of the motion{}{proof}\n",
             100.0 * share,
             degrees.unwrap_or_default()
         ));
+        if keys.mirrored {
+            text.push_str(
+                "each pose is used half a stride later too, with left and right exchanged (--mirror off: not so)\n",
+            );
+        }
         text.push_str("keys  expected error\n");
         for line in &keys.budget {
             let degrees = line.expected_error_deg.map(range).unwrap_or_default();

@@ -27,6 +27,7 @@ pub(crate) fn execute(args: &Validate, output: &Output, bars: &Bars) -> anyhow::
             Method::Rbf => shot::Method::Rbf,
             Method::Switching => shot::Method::Switching,
         },
+        mirror: args.mirror.map_or(shot::Mirroring::Auto, Into::into),
         band_pass: !args.raw,
         time_limit_s: 30.0,
     };

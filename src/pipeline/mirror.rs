@@ -1,0 +1,97 @@
+//! Whether the poses of a shot count twice: once as they are and once, half a stride later, with left and right exchanged.
+
+use crate::error::{Error, Result};
+use crate::gait::Repeats;
+use crate::rig::{File, KeyPoses, Mirror};
+use crate::shot::{Mirroring, Reads, Shot, StoredDiagnosis, hash_file};
+use crate::spectrum::Gait;
+
+/// Whether left does what right does half a stride later, as far as setting, gait and footage say. `drifts`: the view
+/// turns over the clip, which the mirror would turn the other way.
+#[must_use]
+pub fn halves_alike(setting: Mirroring, gait: Gait, repeats: Repeats, drifts: bool) -> bool {
+    match setting {
+        Mirroring::On => true,
+        Mirroring::Off => false,
+        // Seen to repeat every step while its halves differ, or named so.
+        Mirroring::Auto => {
+            let alike = gait.is_symmetric().unwrap_or(repeats == Repeats::EveryStep);
+            alike && !drifts
+        }
+    }
+}
+
+/// The same of a shot whose phase is stored.
+pub(super) fn counts_twice(shot: &Shot, diagnosis: &StoredDiagnosis, drifts: bool) -> bool {
+    let every_step = |s: &crate::shot::StoredStride| s.repeats == Repeats::EveryStep.name();
+    let repeats = match &diagnosis.stride {
+        Some(stride) if every_step(stride) => Repeats::EveryStep,
+        _ => Repeats::Unknown,
+    };
+    let settings = &shot.settings;
+    halves_alike(settings.animation.mirror, settings.analysis.gait, repeats, drifts)
+}
+
+/// What the mirror of a shot's rig depends on.
+pub(super) fn reads(shot: &Shot, reads: &mut Reads) -> Result<()> {
+    if let Some(rig) =
+        shot.settings.poses.rig.as_ref().map(|r| shot.path(r)).filter(|r| r.is_file())
+    {
+        reads.insert("rig".to_owned(), hash_file(&rig)?);
+    }
+    Ok(())
+}
+
+/// Whether the shot's rig can be seen in a mirror; not while no rig is named. A rig that cannot is told of.
+///
+/// # Errors
+/// As the reading of the rig; [`Error::Setting`] when the mirror was asked for and the rig has none.
+pub(super) fn rig_has_one(shot: &Shot) -> Result<bool> {
+    let Some(rig) = shot.settings.poses.rig.as_ref().map(|r| shot.path(r)).filter(|r| r.is_file())
+    else {
+        return Ok(false);
+    };
+    match Mirror::of_file(&File::read(&rig)?)? {
+        Ok(_) => Ok(true),
+        Err(why) if shot.settings.animation.mirror == Mirroring::On => Err(refused(&why)),
+        Err(why) => {
+            tracing::warn!(
+                rig = %rig.display(),
+                "poses are not used with left and right exchanged: {why}; choose keys with `--mirror off` for such a rig"
+            );
+            Ok(false)
+        }
+    }
+}
+
+/// Adds to the poses the same with left and right exchanged, in the same order.
+///
+/// # Errors
+/// As [`rig_has_one`].
+pub(super) fn exchanged(file: &File, poses: &mut KeyPoses) -> Result<()> {
+    let mirror = Mirror::of_file(file)?.map_err(|why| refused(&why))?;
+    poses.add_mirrored(&mirror);
+    Ok(())
+}
+
+fn refused(why: &crate::rig::NoMirror) -> Error {
+    Error::setting("animation.mirror", &format!("is «off» for this rig: {why}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gait_named_or_seen_symmetric_counts_twice_unless_the_view_turns() {
+        let auto = |gait, repeats, drifts| halves_alike(Mirroring::Auto, gait, repeats, drifts);
+        assert!(auto(Gait::Walk, Repeats::EveryStride, false));
+        assert!(auto(Gait::Unknown, Repeats::EveryStep, false));
+        assert!(!auto(Gait::Unknown, Repeats::Unknown, false));
+        assert!(!auto(Gait::Unknown, Repeats::EveryStride, false));
+        assert!(!auto(Gait::Gallop, Repeats::EveryStep, false));
+        assert!(!auto(Gait::Trot, Repeats::EveryStep, true));
+        assert!(halves_alike(Mirroring::On, Gait::Gallop, Repeats::Unknown, true));
+        assert!(!halves_alike(Mirroring::Off, Gait::Walk, Repeats::EveryStep, false));
+    }
+}
