@@ -6,6 +6,7 @@ mod kernel;
 mod over_phase;
 mod retime;
 mod seam;
+mod sides;
 mod switching;
 mod weights;
 
@@ -14,5 +15,6 @@ pub use kernel::{KernelSettings, Rbf};
 pub use over_phase::{weights_over_drift, weights_over_mirrored, weights_over_phase};
 pub use retime::{Loop, evened, loop_frames, resample, seamless};
 pub use seam::{Seam, smoothest_start};
+pub use sides::exchanged_sides;
 pub use switching::{SwitchAt, Switching};
 pub use weights::{Method, Weights, weights};

@@ -80,6 +80,7 @@ impl Circle {
         let motion = Motion::new(frames.silhouette);
         let mut costs = vec![f64::INFINITY; n * n];
         for a in 0..n {
+            let turned = motion.turned(self.phases[a]);
             for step in 1..=n {
                 let b = (a + step) % n;
                 let near = self.frames[a].abs_diff(self.frames[b]) < spacing && step < n;
@@ -90,8 +91,10 @@ impl Circle {
                         .map(|&i| frames.deviation_cycles[self.frames[i]].powi(2))
                         .sum::<f64>()
                         / 2.0;
-                    costs[a * n + b] = self.missed(&motion, a, b, gap)
-                        + self.turn.times() * gap * motion.speed_sq * phase_error;
+                    let off = self.turn.times() * gap * motion.speed_sq * phase_error;
+                    let both = self.turn == Turn::Step;
+                    let same = if self.same_half(a, b) { SAME_HALF_COST } else { 0.0 };
+                    costs[a * n + b] = motion.gap_error(&turned, gap, both) + off + same;
                 }
                 if self.forced[b] {
                     break;
@@ -101,19 +104,10 @@ impl Circle {
         costs
     }
 
-    /// Square error within the gap from candidate `a` to candidate `b`, in both halves of the stride where a key
-    /// counts for both.
-    fn missed(&self, motion: &Motion, a: usize, b: usize, gap: f64) -> f64 {
-        let here = motion.gap_error(self.phases[a], gap);
-        match self.turn {
-            Turn::Stride => here,
-            Turn::Step => {
-                // Past the end of the turn the other half begins.
-                let same = self.second[a] == (self.second[b] != (b <= a));
-                let half = if same { SAME_HALF_COST } else { 0.0 };
-                here + motion.gap_error(self.phases[a] + 0.5, gap) + half
-            }
-        }
+    /// Whether a key counts for both halves of the stride and `a` and its successor `b` are of the same one.
+    fn same_half(&self, a: usize, b: usize) -> bool {
+        // Past the end of the turn the other half begins.
+        self.turn == Turn::Step && self.second[a] == (self.second[b] != (b <= a))
     }
 
     /// Phase from candidate `a` forward by `step` candidates, strides.

@@ -165,12 +165,12 @@ mod tests {
     }
 
     #[test]
-    fn three_moments_and_their_mirror_images_are_nearly_as_good_as_six() {
+    fn three_moments_and_their_mirror_images_do_nearly_what_six_do() {
         let three = [0.03, 0.03 + 1.0 / 3.0, 0.03 + 2.0 / 3.0];
         let six: Vec<f64> = (0..6).map(|k| 0.03 + f64::from(k) / 6.0).collect();
         let (mirrored, plain, double) = (error(&three), plain_error(&three), plain_error(&six));
         assert!(mirrored < 0.35 * plain, "{mirrored} {plain}");
-        assert!(mirrored < 2.0 * double, "{mirrored} {double}");
+        assert!(mirrored < 3.0 * double, "{mirrored} {double}");
         // Two moments a quarter apart and their images are four.
         assert!(error(&[0.1, 0.35]) < 0.5 * plain_error(&[0.1, 0.6]));
     }

@@ -89,7 +89,9 @@ fn write(
     let Timed { values, fps, looped } = timing::timed(shot, table, frames.clone())?;
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
     let mut poses = KeyPoses::read(file, specs, shot.fps())?;
+    let mut exchanged_sides = Vec::new();
     if table.mirrored > 0 {
+        exchanged_sides = mirror::doubted(shot, file, table, &poses)?;
         mirror::exchanged(file, &mut poses)?;
     }
     let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
@@ -138,6 +140,7 @@ fn write(
         first_frame: frames.start,
         method: method.to_owned(),
         mirrored_poses: table.mirrored,
+        exchanged_sides,
         weight_range: range(&values),
         sum_range: range(&sums),
         largest_step_deg: step.angle_deg,

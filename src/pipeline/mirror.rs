@@ -2,8 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::gait::Repeats;
+use crate::interpolate::exchanged_sides;
 use crate::rig::{File, KeyPoses, Mirror};
-use crate::shot::{Mirroring, Reads, Shot, StoredDiagnosis, hash_file};
+use crate::shot::{Mirroring, Reads, Shot, StoredDiagnosis, WeightTable, hash_file};
 use crate::spectrum::Gait;
 
 /// Whether left does what right does half a stride later, as far as setting, gait and footage say. `drifts`: the view
@@ -72,6 +73,34 @@ pub(super) fn exchanged(file: &File, poses: &mut KeyPoses) -> Result<()> {
     let mirror = Mirror::of_file(file)?.map_err(|why| refused(&why))?;
     poses.add_mirrored(&mirror);
     Ok(())
+}
+
+/// Keys whose pose was probably made with left and right exchanged; each is told of.
+///
+/// # Errors
+/// As [`rig_has_one`], and for keys that cannot be read.
+pub(super) fn doubted(
+    shot: &Shot,
+    file: &File,
+    table: &WeightTable,
+    poses: &KeyPoses,
+) -> Result<Vec<usize>> {
+    let Some(phase) = shot.phase(table.frames())? else { return Ok(Vec::new()) };
+    let frames = shot.keys(table.frames())?.key_frames();
+    if frames.len() != poses.poses.len() {
+        return Ok(Vec::new());
+    }
+    let cycles: Vec<f64> = frames.iter().map(|&f| phase.stride_cycles[f]).collect();
+    let mirror = Mirror::of_file(file)?.map_err(|why| refused(&why))?;
+    let found = exchanged_sides(&cycles, poses, file.skeleton(), &mirror)?;
+    for &key in &found {
+        tracing::warn!(
+            key = key + 1,
+            frame = frames[key],
+            "this pose fits the others far better with left and right exchanged: look which leg is in front"
+        );
+    }
+    Ok(found.into_iter().map(|key| key + 1).collect())
 }
 
 fn refused(why: &crate::rig::NoMirror) -> Error {

@@ -279,6 +279,9 @@ pub struct StoredAnimation {
     /// Number of poses that were used with left and right exchanged too.
     #[serde(default)]
     pub mirrored_poses: usize,
+    /// Keys whose pose fits the others far better with left and right exchanged: probably posed the wrong way round.
+    #[serde(default)]
+    pub exchanged_sides: Vec<usize>,
     /// Smallest and largest weight of any pose.
     pub weight_range: [f64; 2],
     /// Smallest and largest sum of a frame's weights.

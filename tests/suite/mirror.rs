@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use muybridge::interpolate::exchanged_sides;
 use muybridge::rig::{Driven, File, Mirror, Model, Pose, angle_between_rad};
 use muybridge::synthetic::{Gait, NamedClip, horse, to_glb};
 use muybridge::validate::{Shooting, Subject, Truth, Unsteady};
@@ -24,7 +25,7 @@ fn half_a_stride_later_a_symmetric_gait_looks_as_in_the_mirror() {
     let model = horse();
     let mirror = mirror_of(&model);
     let driven = vec![ALL; model.skeleton.nodes.len()];
-    for gait in [Gait::Walk, Gait::Trot, Gait::Pace] {
+    for gait in [Gait::Walk, Gait::Trot] {
         for step in 0..12 {
             let phase = f64::from(step) / 12.0;
             let mirrored = mirror.pose(&gait.pose(&model.skeleton, phase).pose, &driven);
@@ -44,6 +45,45 @@ fn half_a_stride_later_a_symmetric_gait_looks_as_in_the_mirror() {
         angle_between_rad(&a.rotation, &b.rotation)
     };
     assert!(mirrored.nodes.iter().zip(&later.nodes).map(apart).fold(0.0, f64::max) > 0.3);
+}
+
+/// Of true poses none is doubted; of two that were made the wrong way round both are found.
+#[test]
+fn poses_made_the_wrong_way_round_are_found() {
+    let mut subjects = vec![Subject::Horse(Gait::Walk), Subject::Horse(Gait::Trot)];
+    if let Some(folder) = data_folder() {
+        for (name, clip) in [
+            ("quaternius_horse", "AnimalArmature|Walk"),
+            ("quaternius_alpaca", "AnimalArmature|Walk"),
+            ("quaternius_husky", "AnimalArmature|Walk"),
+            ("khronos_fox", "Walk"),
+            ("quaternius_triceratops", "Armature|Triceratops_Walk"),
+        ] {
+            let file = folder.join(format!("rigs/{name}.glb"));
+            if file.is_file() {
+                subjects.push(Subject::Rig { file, clip: clip.to_owned() });
+            }
+        }
+    }
+    for subject in subjects {
+        let truth = Truth::of(&subject, &shooting(96, 96.0)).unwrap();
+        let mirror = mirror_of(&truth.model);
+        for frames in
+            [vec![3, 27, 51, 75], vec![0, 12, 24, 36, 48, 60, 72, 84], vec![5, 20, 44, 61, 80]]
+        {
+            let cycles: Vec<f64> = frames.iter().map(|&f| truth.phases_cycles[f]).collect();
+            let mut poses = truth.key_poses(&frames);
+            let skeleton = &truth.model.skeleton;
+            let doubted = exchanged_sides(&cycles, &poses, skeleton, &mirror).unwrap();
+            assert!(doubted.is_empty(), "{subject:?} {frames:?}: {doubted:?}");
+            poses.poses[1] = mirror.pose(&poses.poses[1], &poses.driven);
+            if frames.len() == 8 {
+                poses.poses[6] = mirror.pose(&poses.poses[6], &poses.driven);
+                let doubted = exchanged_sides(&cycles, &poses, skeleton, &mirror).unwrap();
+                assert_eq!(doubted, [1, 6], "{subject:?}");
+            }
+        }
+    }
 }
 
 /// Turns that nobody poses, the same on every machine.
@@ -135,17 +175,21 @@ fn a_rig_without_two_sides_has_no_mirror() {
     assert!(why.contains("miss one another") || why.contains("no other side"), "{why}");
 }
 
-fn walking() -> (Desk, Truth) {
-    let desk = Desk::new();
-    let shooting = Shooting {
-        frames: 80,
-        frames_per_cycle: 24.3,
+fn shooting(frames: usize, frames_per_cycle: f64) -> Shooting {
+    Shooting {
+        frames,
+        frames_per_cycle,
         yaw_rad: 0.3,
         noise: 0.1,
         seed: 42,
         size_px: (320, 240),
         unsteady: Unsteady::default(),
-    };
+    }
+}
+
+fn walking() -> (Desk, Truth) {
+    let desk = Desk::new();
+    let shooting = shooting(80, 24.3);
     let truth = Truth::of(&Subject::Horse(Gait::Walk), &shooting).unwrap();
     fs::create_dir(desk.path("mattes")).unwrap();
     for (t, mask) in truth.masks(&shooting).iter().enumerate() {
