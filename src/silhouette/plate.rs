@@ -117,7 +117,7 @@ pub(super) fn plate_distances<'a>(
     let mut distances = vec![0_u8; pixels];
     for (other, to_other) in others {
         let warped = Warped::of(other, &to_other, region);
-        compare(&frame, &own, &warped.image, &Box3::of(&warped.image), &mut distances);
+        compare(&frame, &own, &warped.image, &mut distances);
         // Both flags are UNKNOWN where they say no.
         let flagged = |flags: &[u8]| distances.iter().zip(flags).map(|(d, f)| d | f).collect();
         let mut of_background: Vec<u8> = flagged(&warped.not_background);

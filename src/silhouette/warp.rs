@@ -56,14 +56,16 @@ impl Source {
     #[inline(always)]
     fn between(&self, corner: usize, fx: u32, fy: u32) -> u64 {
         let here = &self.pixels[corner..corner + self.width + 2];
-        let steps = STEPS as u32;
         let spread = |p: u32| (u64::from(p) | u64::from(p) << 24) & EVEN;
-        let upper = spread(here[0]) * u64::from((steps - fx) * (steps - fy))
-            + spread(here[1]) * u64::from(fx * (steps - fy));
-        let lower = spread(here[self.width]) * u64::from((steps - fx) * fy)
-            + spread(here[self.width + 1]) * u64::from(fx * fy);
+        // Differences may borrow from the channel above; in the sum all is paid back.
+        let along = |from: u64, to: u64, f: u32| {
+            (from << STEP_BITS).wrapping_add(to.wrapping_sub(from).wrapping_mul(u64::from(f)))
+        };
+        let upper = along(spread(here[0]), spread(here[1]), fx);
+        let lower = along(spread(here[self.width]), spread(here[self.width + 1]), fx);
+        let sum = along(upper, lower, fy);
         // Half of 256 in each channel: rounded.
-        (upper + lower + 0x0080_0080_0080_0080) >> (2 * STEP_BITS) & EVEN
+        sum.wrapping_add(0x0080_0080_0080_0080) >> (2 * STEP_BITS) & EVEN
     }
 }
 
@@ -82,26 +84,58 @@ impl Warped {
         let (w, pixels) = (region.width(), region.pixels());
         let [mut l, mut a, mut b, mut outside, mut not_background] =
             std::array::from_fn(|_| vec![0_u8; pixels]);
+        if *to_other == Matrix3::identity() {
+            return Self::seen_at_rest(other, region);
+        }
         let way = Way::new(to_other, other);
-        let mut at = 0;
         for y in region.top..region.bottom {
+            let row = (y - region.top) * w;
             for first in (0..w).step_by(SPAN) {
-                let count = SPAN.min(w - first);
+                let span = row + first..row + (first + SPAN).min(w);
                 let mut values = [0_u64; SPAN];
-                let inside = way.look(other, (region.left + first) as f32, y as f32, &mut values);
-                for (value, inside) in values.iter().zip(inside).take(count) {
+                let (x, y) = ((region.left + first) as f32, y as f32);
+                let inside = way.look(other, x, y, &mut values);
+                let colours = (l[span.clone()].iter_mut())
+                    .zip(&mut a[span.clone()])
+                    .zip(&mut b[span.clone()]);
+                for (((l, a), b), value) in colours.zip(&values) {
                     // The channels come in the order that `spread` leaves them in.
-                    [l[at], b[at], a[at]] =
-                        [*value as u8, (value >> 16) as u8, (value >> 32) as u8];
-                    let animal = if value >> 48 >= 128 { UNKNOWN } else { 0 };
-                    outside[at] = if inside { 0 } else { UNKNOWN };
-                    not_background[at] = animal | outside[at];
-                    at += 1;
+                    (*l, *b, *a) = (*value as u8, (value >> 16) as u8, (value >> 32) as u8);
+                }
+                let hidden = &mut not_background[span.clone()];
+                for (hidden, value) in hidden.iter_mut().zip(&values) {
+                    // All bits are that of 128.
+                    *hidden = ((value >> 55) as u8 & 1).wrapping_neg();
+                }
+                if let Some(inside) = inside {
+                    let outside = outside[span].iter_mut().zip(hidden);
+                    for ((outside, hidden), inside) in outside.zip(inside) {
+                        *outside = if inside { 0 } else { UNKNOWN };
+                        *hidden |= *outside;
+                    }
                 }
             }
         }
         let image = LabImage::from_planes(w, region.height(), [l, a, b]);
         Self { image, outside, not_background }
+    }
+}
+
+impl Warped {
+    /// From a camera that did not move: every pixel is its own.
+    fn seen_at_rest(other: &Source, region: Region) -> Self {
+        let [mut l, mut a, mut b, mut not_background] =
+            std::array::from_fn(|_| Vec::with_capacity(region.pixels()));
+        for y in region.top..region.bottom {
+            let row = &other.pixels[y * other.width..(y + 1) * other.width];
+            let row = &row[region.left..region.right];
+            let planes = [&mut l, &mut a, &mut b, &mut not_background];
+            for (plane, shift) in planes.into_iter().zip([0, 8, 16, 24]) {
+                plane.extend(row.iter().map(|pixel| (pixel >> shift) as u8));
+            }
+        }
+        let image = LabImage::from_planes(region.width(), region.height(), [l, a, b]);
+        Self { image, outside: vec![0; region.pixels()], not_background }
     }
 }
 
@@ -127,8 +161,15 @@ impl Way {
         ((m[0] * x + m[1] * y + m[2]) * depth, (m[3] * x + m[4] * y + m[5]) * depth)
     }
 
-    /// What the pixels from (`x`, `y`) to the right look at, and whether there is anything.
-    fn look(&self, other: &Source, x: f32, y: f32, values: &mut [u64; SPAN]) -> [bool; SPAN] {
+    /// What the pixels from (`x`, `y`) to the right look at, and whether there is anything; `None`
+    /// where there is for all of them.
+    fn look(
+        &self,
+        other: &Source,
+        x: f32,
+        y: f32,
+        values: &mut [u64; SPAN],
+    ) -> Option<[bool; SPAN]> {
         let ends = [self.place(x, y), self.place(x + SPAN as f32, y)];
         // Comparisons with NaN are false. A pole between the ends would part them widely.
         let well_inside = |&(sx, sy): &(f32, f32)| {
@@ -136,13 +177,13 @@ impl Way {
         };
         if ends.iter().all(well_inside) && (ends[1].0 - ends[0].0).abs() < 4.0 * SPAN as f32 {
             self.look_along(other, ends, values);
-            return [true; SPAN];
+            return None;
         }
-        std::array::from_fn(|i| {
+        Some(std::array::from_fn(|i| {
             let value = self.look_at(other, x + i as f32, y);
             values[i] = value.unwrap_or(0);
             value.is_some()
-        })
+        }))
     }
 
     /// The points of a span that lies inside.
@@ -190,6 +231,26 @@ mod tests {
     fn picture(w: usize, h: usize, values: &[u8]) -> LabImage {
         let plane = |c: usize| values.iter().map(|v| v.wrapping_mul(2 * c as u8 + 1)).collect();
         LabImage::from_planes(w, h, [plane(0), plane(1), plane(2)])
+    }
+
+    #[test]
+    fn a_camera_at_rest_is_no_special_case_to_see() {
+        let values: Vec<u8> = (0..12 * 9).map(|at| (at * 37 % 256) as u8).collect();
+        let animal = Mask::from_fn(12, 9, |x, y| (x * y) % 3 == 1);
+        let other = Source::of(&picture(12, 9, &values), &animal);
+        // A motion too small to be seen, but no identity.
+        let mut nearly = Matrix3::identity();
+        nearly[(0, 1)] = 1e-30;
+        for region in [
+            Region { left: 0, top: 0, right: 12, bottom: 9 },
+            Region { left: 1, top: 2, right: 10, bottom: 8 },
+        ] {
+            let rest = Warped::of(&other, &Matrix3::identity(), region);
+            let moved = Warped::of(&other, &nearly, region);
+            assert_eq!(rest.image, moved.image);
+            assert_eq!(rest.outside, moved.outside);
+            assert_eq!(rest.not_background, moved.not_background);
+        }
     }
 
     proptest! {
