@@ -60,6 +60,14 @@ pub trait FrameSource {
     fn next_stored(&mut self) -> Result<Option<Frame>> {
         Ok(self.next_frame()?.map(Frame::Rgb))
     }
+    /// Passes the next frame over; `false` after the last. Sources that can do so do not decode it,
+    /// and say nothing about what is wrong with it.
+    ///
+    /// # Errors
+    /// As [`next_frame`](Self::next_frame).
+    fn skip_frame(&mut self) -> Result<bool> {
+        Ok(self.next_stored()?.is_some())
+    }
     /// What was noticed about the source, in words.
     fn findings(&self) -> Vec<String> {
         Vec::new()
@@ -193,6 +201,10 @@ impl FrameSource for Footage {
 
     fn next_stored(&mut self) -> Result<Option<Frame>> {
         self.source.next_stored()
+    }
+
+    fn skip_frame(&mut self) -> Result<bool> {
+        self.source.skip_frame()
     }
 
     fn findings(&self) -> Vec<String> {

@@ -62,4 +62,11 @@ impl FrameSource for Stills {
         self.next += 1;
         Ok(Some(picture))
     }
+
+    fn skip_frame(&mut self) -> Result<bool> {
+        let any = self.next < self.files.len();
+        self.opening = None;
+        self.next += usize::from(any);
+        Ok(any)
+    }
 }

@@ -57,7 +57,7 @@ impl Changes {
                 return Err(Error::MaskSize { frame, found, expected: size });
             }
         }
-        let changes = Self::packed(masks, size, first.words().len());
+        let changes = Self::packed(masks, size);
         if changes.words.is_empty() && changes.majority.iter().all(|&w| w == 0) {
             return Err(Error::MasksEmpty { frames: masks.len() });
         }
@@ -80,7 +80,9 @@ impl Changes {
         gram::gram(self, instructions)
     }
 
-    fn packed(masks: &[&Mask], size: (usize, usize), length: usize) -> Self {
+    /// Of masks that are known to be of one size.
+    pub(super) fn packed(masks: &[&Mask], size: (usize, usize)) -> Self {
+        let length = masks.first().map_or(0, |first| first.words().len());
         let mut majority = vec![0; length];
         let mut changing = vec![false; length];
         majority

@@ -37,6 +37,20 @@ pub struct EigenImages {
 }
 
 impl EigenImages {
+    /// The images of the bands of a picture, from top to bottom, in one.
+    pub(super) fn stacked(bands: impl Iterator<Item = Self>) -> Self {
+        let mut bands = bands;
+        let none = GreyImage { width: 0, height: 0, values: Vec::new() };
+        let mut whole = bands.next().unwrap_or(Self { mean: none, deviations: Vec::new() });
+        for band in bands {
+            whole.mean.append(band.mean);
+            for (image, below) in whole.deviations.iter_mut().zip(band.deviations) {
+                image.append(below);
+            }
+        }
+        whole
+    }
+
     /// The mean image ī + `deviations` · √λ·E along one component (seed, figure 7), in shares of
     /// coverage; values may leave 0…1.
     ///
@@ -68,6 +82,11 @@ pub(super) fn eigen_images(changes: &Changes, scores: &[Vec<f64>]) -> EigenImage
 }
 
 impl GreyImage {
+    fn append(&mut self, below: Self) {
+        self.height += below.height;
+        self.values.extend(below.values);
+    }
+
     fn scaled(mut self, divisor: f64) -> Self {
         for value in &mut self.values {
             *value /= divisor;

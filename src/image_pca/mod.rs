@@ -5,6 +5,7 @@
 //! eigenvalues, and its entries are exact integers from packed bits. Centring the images
 //! (equation 2) is double-centring of the Gram matrix.
 
+mod bands;
 mod changes;
 mod eigen_images;
 mod gram;
@@ -12,6 +13,7 @@ mod gram;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+pub use bands::MaskBands;
 pub use changes::Changes;
 pub use eigen_images::{EigenImages, GreyImage};
 pub use gram::InstructionSet;
@@ -23,6 +25,9 @@ use crate::numeric::{Coefficients, leading_eigenpairs, standardized};
 /// An eigenvalue below this share of the total variance is rounding, not a component: its
 /// direction would be arbitrary.
 const RANK_TOLERANCE: f64 = 1e-12;
+
+/// Columns of a Gram matrix that are worked on at once, at most.
+const BLOCK_COLUMNS: usize = 256;
 
 /// The principal components of a clip's masks.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,6 +124,15 @@ impl ImagePca {
         let scores: Vec<Vec<f64>> = components.map(|c| self.scores.column(c)).collect();
         eigen_images::eigen_images(changes, &scores)
     }
+
+    /// The same of masks that are packed a band at a time.
+    ///
+    /// # Panics
+    /// When there is not the same number of masks.
+    #[must_use]
+    pub fn images_of_bands(&self, bands: &MaskBands) -> EigenImages {
+        EigenImages::stacked(bands.packed().map(|band| self.images(&band)))
+    }
 }
 
 /// The inner products of the masks about their mean, frames × frames, pixels.
@@ -135,6 +149,12 @@ impl CentredGram {
         Self { matrix: double_centred(&changes.gram(InstructionSet::best()), n) }
     }
 
+    /// Of masks that are packed a band at a time.
+    #[must_use]
+    pub fn of_bands(bands: &MaskBands) -> Self {
+        Self { matrix: double_centred(&bands.gram(), bands.frames()) }
+    }
+
     /// The variance of all pixels together, times the number of frames, pixels².
     #[must_use]
     pub fn variance(&self) -> f64 {
@@ -148,8 +168,21 @@ impl CentredGram {
     pub fn without(&self, basis: &[Vec<f64>]) -> Self {
         let n = self.matrix.nrows();
         let q = DMatrix::from_fn(n, basis.len(), |row, j| basis[j][row]);
-        let half = &self.matrix - (&self.matrix * &q) * q.transpose();
-        let mut matrix = &half - &q * (q.transpose() * &half);
+        let (q_transposed, along) = (q.transpose(), &self.matrix * &q);
+        // Some columns at a time: of a long clip, no more than the result is as large as the matrix.
+        let mut columns = vec![0.0; n * n];
+        // Blocks of about one size: a last one of a few columns would be summed in another order.
+        let size = n.div_ceil(n.div_ceil(BLOCK_COLUMNS).max(1)).max(1);
+        columns.par_chunks_mut((size * n).max(1)).enumerate().for_each(|(block, out)| {
+            let (first, count) = (block * size, out.len() / n);
+            let mut half = &along * q_transposed.columns(first, count);
+            half.zip_apply(&self.matrix.columns(first, count), |less, entry| *less = entry - *less);
+            let less = &q * (&q_transposed * &half);
+            for ((out, half), less) in out.iter_mut().zip(&half).zip(&less) {
+                *out = half - less;
+            }
+        });
+        let mut matrix = DMatrix::from_vec(n, n, columns);
         // Rounding leaves the two halves different in the last bit; the eigen solvers want one.
         for column in 0..n {
             for row in 0..column {

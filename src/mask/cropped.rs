@@ -1,9 +1,12 @@
 //! Silhouettes held as what lies within their bounds.
 
+use std::sync::Arc;
+
 use super::{Bounds, Mask};
 
 /// A silhouette without the empty picture about it: a clip's worth of them takes the memory of the
-/// animal, whatever the size of the footage. All places and sizes are those of the picture.
+/// animal, whatever the size of the footage. All places and sizes are those of the picture. Copies
+/// share the pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CroppedMask {
     width: usize,
@@ -11,7 +14,7 @@ pub struct CroppedMask {
     /// Column and row of the first pixel of `inside`.
     corner: (usize, usize),
     /// The pixels within the bounds; none of an empty mask.
-    inside: Mask,
+    inside: Arc<Mask>,
 }
 
 impl From<&Mask> for CroppedMask {
@@ -19,7 +22,7 @@ impl From<&Mask> for CroppedMask {
         let (width, height) = (mask.width(), mask.height());
         let Some(b) = mask.bounds() else { return Self::empty(width, height) };
         let inside = mask.window(b.left as i64, b.top as i64, b.width(), b.height());
-        Self { width, height, corner: (b.left, b.top), inside }
+        Self { width, height, corner: (b.left, b.top), inside: Arc::new(inside) }
     }
 }
 
@@ -27,7 +30,7 @@ impl CroppedMask {
     /// No pixel set, in a picture of `width` × `height`.
     #[must_use]
     pub fn empty(width: usize, height: usize) -> Self {
-        Self { width, height, corner: (0, 0), inside: Mask::new(0, 0) }
+        Self { width, height, corner: (0, 0), inside: Arc::new(Mask::new(0, 0)) }
     }
 
     /// Width of the picture, pixels.
@@ -79,6 +82,23 @@ impl CroppedMask {
         self.inside.window(left - x, top - y, width, height)
     }
 
+    /// The same part of the picture as [`Self::window`] cuts, as a picture of its own. What lies
+    /// wholly inside is not copied.
+    #[must_use]
+    pub fn cut(&self, left: i64, top: i64, width: usize, height: usize) -> Self {
+        let Some(b) = self.bounds() else { return Self::empty(width, height) };
+        let within = |first: usize, last: usize, start: i64, size: usize| {
+            let (first, last) = (first as i64 - start, last as i64 - start);
+            (first >= 0 && last < size as i64).then_some(first as usize)
+        };
+        match (within(b.left, b.right, left, width), within(b.top, b.bottom, top, height)) {
+            (Some(x), Some(y)) => {
+                Self { width, height, corner: (x, y), inside: Arc::clone(&self.inside) }
+            }
+            _ => Self::from(&self.window(left, top, width, height)),
+        }
+    }
+
     /// The mask with the picture about it.
     #[must_use]
     pub fn to_mask(&self) -> Mask {
@@ -107,6 +127,8 @@ mod tests {
             prop_assert_eq!(cropped.bounds(), mask.bounds());
             prop_assert_eq!(cropped.centre_of_mass(), mask.centre_of_mass());
             prop_assert_eq!(cropped.window(left, top, 70, 5), mask.window(left, top, 70, 5));
+            let part = cropped.cut(left, top, 170, 9);
+            prop_assert_eq!(&part, &CroppedMask::from(&mask.window(left, top, 170, 9)));
             prop_assert_eq!(cropped.to_mask(), mask);
         }
     }

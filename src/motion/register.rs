@@ -160,7 +160,9 @@ fn points(level: &Level, whole_width: usize, excluded: Option<&[bool]>) -> Vec<P
                 for x in left..(left + CELL_PX).min(level.width - 1) {
                     let gx = (level.at(x + 1, y) - level.at(x - 1, y)) / 2.0;
                     let gy = (level.at(x, y + 1) - level.at(x, y - 1)) / 2.0;
-                    let strength = gx.hypot(gy);
+                    // In double precision nothing overflows, and no library has to be called.
+                    let strength = (f64::from(gx) * f64::from(gx) + f64::from(gy) * f64::from(gy))
+                        .sqrt() as f32;
                     let better = best.as_ref().is_none_or(|(most, _)| strength > *most);
                     if strength >= LEAST_GRADIENT && better && !hidden(x, y) {
                         let point = Point {
@@ -182,6 +184,9 @@ fn points(level: &Level, whole_width: usize, excluded: Option<&[bool]>) -> Vec<P
 /// Grey values by which the column of the gain is divided, to be of the other columns' size.
 const GAIN_UNIT: f64 = 64.0;
 
+/// Parameters of a homography, gain and offset.
+const MOST_COLUMNS: usize = 10;
+
 /// Rounds of Gauss–Newton on one level.
 fn refine(
     points: &[Point],
@@ -194,7 +199,8 @@ fn refine(
     let (cx, cy) = ((from.width as f64 - 1.0) / 2.0, (from.height as f64 - 1.0) / 2.0);
     let unit = cx.max(cy).max(1.0);
     let n = model.parameters() + 2;
-    let rows: Vec<Vec<f64>> = points.iter().map(|p| row(p, (cx, cy, unit), model)).collect();
+    let rows: Vec<[f64; MOST_COLUMNS]> =
+        points.iter().map(|p| row(p, (cx, cy, unit), model)).collect();
     let mut now = start;
     let mut residuals: Vec<Option<f64>> = vec![None; points.len()];
     // Gain and offset found so far, in the units of the last two columns.
@@ -227,26 +233,24 @@ fn refine(
         if round == MAX_ROUNDS {
             break;
         }
-        let mut normal = DMatrix::zeros(n, n);
-        let mut right = DVector::zeros(n);
+        let mut sums = [[0.0; MOST_COLUMNS]; MOST_COLUMNS];
+        let mut right = [0.0; MOST_COLUMNS];
         for (row, residual) in rows.iter().zip(&residuals) {
             let Some(r) = *residual else { continue };
             let u = (r - middle) / (2.0 * scale);
             let weight = 1.0 / (1.0 + u * u).powi(2);
-            for a in 0..n {
+            // Whole rows, of which the first half counts: they are vectors then.
+            for (a, sums) in sums.iter_mut().enumerate().take(n) {
                 let wa = weight * row[a];
                 right[a] += wa * r;
-                for b in 0..=a {
-                    normal[(a, b)] += wa * row[b];
-                }
+                sums.iter_mut().zip(row).for_each(|(sum, b)| *sum += wa * b);
             }
         }
+        let mut normal = DMatrix::from_fn(n, n, |a, b| sums[a.max(b)][a.min(b)]);
         for a in 0..n {
-            for b in 0..a {
-                normal[(b, a)] = normal[(a, b)];
-            }
             normal[(a, a)] += 1e-6 * (normal[(a, a)] + 1.0);
         }
+        let right = DVector::from_column_slice(&right[..n]);
         let step = normal.cholesky()?.solve(&right);
         light = (light.0 + step[n - 2], light.1 + step[n - 1]);
         let change = Homography::from_matrix(change(&step, (cx, cy, unit), model))?;
@@ -274,18 +278,15 @@ fn refine(
 
 /// Derivative of a pixel's value by the parameters of the warp at the identity, then by gain and
 /// offset.
-fn row(p: &Point, (cx, cy, unit): (f64, f64, f64), model: Model) -> Vec<f64> {
+fn row(p: &Point, (cx, cy, unit): (f64, f64, f64), model: Model) -> [f64; MOST_COLUMNS] {
     let (x, y) = ((p.x - cx) / unit, (p.y - cy) / unit);
     let (gx, gy) = (p.gradient.0 * unit, p.gradient.1 * unit);
-    let mut row = vec![gx, gy];
-    if model != Model::Translation {
-        row.extend([gx * x, gx * y, gy * x, gy * y]);
-    }
-    if model == Model::Homography {
-        let inward = -(gx * x + gy * y);
-        row.extend([inward * x, inward * y]);
-    }
-    row.extend([p.value / GAIN_UNIT, 1.0]);
+    let inward = -(gx * x + gy * y);
+    let all = [gx, gy, gx * x, gx * y, gy * x, gy * y, inward * x, inward * y];
+    let n = model.parameters();
+    let mut row = [0.0; MOST_COLUMNS];
+    row[..n].copy_from_slice(&all[..n]);
+    (row[n], row[n + 1]) = (p.value / GAIN_UNIT, 1.0);
     row
 }
 

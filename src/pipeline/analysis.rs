@@ -8,7 +8,7 @@ use super::segments::{Segment, lengthened};
 use super::view_drift::view_drift;
 use crate::error::Result;
 use crate::gait::{GaitPhase, Repeats, Symmetry};
-use crate::image_pca::{CentredGram, Changes, ImagePca};
+use crate::image_pca::{CentredGram, ImagePca, MaskBands};
 use crate::mask::{CroppedMask, Mask};
 use crate::numeric::Coefficients;
 use crate::shot::{FlaggedFrames, PhaseTable};
@@ -63,7 +63,7 @@ const LEAST_REPEATS: f64 = 1.5;
 impl MaskAnalysis {
     /// The windows of the masks that entered the PCA.
     #[must_use]
-    pub fn analysed_masks(&self) -> Vec<&Mask> {
+    pub fn analysed_masks(&self) -> Vec<&CroppedMask> {
         self.windows.masks.iter().zip(&self.used).filter(|(_, u)| **u).map(|(m, _)| m).collect()
     }
 
@@ -133,17 +133,18 @@ fn analyse_usable(
         .map(|(mask, used)| if *used { mask } else { blank.as_ref().unwrap_or(mask) })
         .collect();
     let windows = windowed(&kept, WindowSettings { scale_trend: trends.scale });
-    let good: Vec<&Mask> =
+    let good: Vec<&CroppedMask> =
         windows.masks.iter().zip(&used).filter(|(_, used)| **used).map(|(m, _)| m).collect();
     if good.is_empty() {
         // Says that all masks are empty, or that there is none.
-        let all: Vec<&Mask> = windows.masks.iter().collect();
-        ImagePca::fit(&all, components)?;
+        MaskBands::of(&windows.masks.iter().collect::<Vec<_>>())?;
     }
     let seen = Seen::of(&used);
-    let gram = CentredGram::of(&Changes::of(&good)?);
-    let (all, drift) =
-        drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?;
+    let (all, drift) = {
+        // The largest thing there is of a long clip: gone before anything else is made.
+        let gram = CentredGram::of_bands(&MaskBands::of(&good)?);
+        drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?
+    };
     let repeats = drift.filter(|d| d.removed).map(|d| d.repeats_a_frame);
     let gait = measure_phase(&all, &used, &frames, settings.gait, repeats);
     let pca = all.leading(components);
@@ -241,7 +242,7 @@ impl Seen {
 }
 
 /// Variance of the pixels that the cycle explains over the mean area of the analysed masks.
-fn sweep(gait: &GaitPhase, pca: &ImagePca, masks: &[&Mask]) -> Option<f64> {
+fn sweep(gait: &GaitPhase, pca: &ImagePca, masks: &[&CroppedMask]) -> Option<f64> {
     let share: f64 = (1..=gait.cycle.order()).map(|h| gait.cycle.power(h)).sum();
     let area = masks.iter().map(|m| m.area() as f64).sum::<f64>() / masks.len().max(1) as f64;
     (area > 0.0).then(|| pca.total_variance * share / area)

@@ -31,6 +31,10 @@ const AHEAD: usize = 4;
 /// The same of frames as stored, which take half as much: decoding goes on while colours are learnt.
 const AHEAD_STORED: usize = 12;
 
+/// Pictures at the size of outlines, 1.3 MB at most, that are outlined side by side: the more of them,
+/// the less a thread waits for the last.
+const OUTLINED: usize = 24;
+
 /// The masks that a person repainted, files relative to the shot. Forced work overwrites them, so they say
 /// nothing then.
 pub(super) fn corrected_masks(shot: &Shot, options: Options) -> Result<Vec<String>> {
@@ -189,7 +193,7 @@ fn outline(
     let Range { start, end } = stretch.frames.clone();
     let mut next = start;
     while next < end {
-        let wanted = BATCH.min(end - next);
+        let wanted = OUTLINED.min(end - next);
         let pictures: Vec<Picture> =
             (0..wanted).map_while(|_| spool.take().transpose()).collect::<Result<_>>()?;
         debug_assert_eq!(pictures.len(), wanted, "every picture of a stretch is put aside");

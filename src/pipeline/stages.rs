@@ -11,7 +11,7 @@ use super::segments::{analyse_segments, segments_csv, stored_segments};
 use super::{Options, Outcome};
 use crate::error::{Error, Result};
 use crate::image::Picture;
-use crate::image_pca::{Changes, GreyImage};
+use crate::image_pca::{GreyImage, MaskBands};
 use crate::keys::KeySettings;
 use crate::shot::{
     Freshness, KeyImage, Method, Projections, Reads, Shot, Stage, StoredComponent, StoredDiagnosis,
@@ -98,7 +98,7 @@ pub fn analyze(shot: &Shot, options: Options) -> Result<AnalyzeResult> {
         writer.put(paths::CYCLE, phase.cycle_csv().as_bytes())?;
     }
     writer.put(paths::DIAGNOSIS, &json(&diagnosis)?)?;
-    let images = found.pca.images(&Changes::of(&found.analysed_masks())?);
+    let images = found.pca.images_of_bands(&MaskBands::of(&found.analysed_masks())?);
     writer.put("analysis/mean.png", &grey(&images.mean)?)?;
     for c in 0..found.pca.eigenvalues.len().min(DRAWN_COMPONENTS) {
         for (sign, deviations) in [("minus", -DRAWN_DEVIATIONS), ("plus", DRAWN_DEVIATIONS)] {

@@ -104,10 +104,14 @@ fn pictures(shot: &Shot, wanted: &[usize]) -> Result<BTreeMap<usize, Picture>> {
     let Some(mut footage) = shot.footage()? else { return Ok(found) };
     let last = wanted.iter().copied().max().unwrap_or(0);
     for frame in 0..=last {
-        let Some(picture) = footage.next_frame()? else { break };
-        if wanted.contains(&frame) {
-            found.insert(frame, picture);
+        if !wanted.contains(&frame) {
+            if !footage.skip_frame()? {
+                break;
+            }
+            continue;
         }
+        let Some(picture) = footage.next_frame()? else { break };
+        found.insert(frame, picture);
     }
     Ok(found)
 }

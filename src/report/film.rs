@@ -18,6 +18,9 @@ use crate::image::Picture;
 use crate::mask::Mask;
 use crate::shot::{Shot, read};
 
+/// Pictures that are reduced and compressed side by side.
+const BATCH: usize = 8;
+
 /// Longest side of a picture in the page.
 const LONGEST_SIDE_PX: f64 = 480.0;
 /// Pictures are not made narrower than this; rather some are left out.
@@ -120,13 +123,40 @@ fn pictures(shot: &Shot, film: &mut Film) -> Result<()> {
         film.note = Some("The shot was made from silhouettes, without footage.".to_owned());
         return Ok(());
     };
-    for frame in 0..film.frames {
-        let Some(picture) = footage.next_frame()? else {
+    let mut frame = 0;
+    while frame < film.frames {
+        let last = film.frames.min(frame + BATCH * film.step);
+        let mut batch = Vec::new();
+        let mut ended = Ok(None);
+        while frame < last {
+            let wanted = frame % film.step == 0;
+            let read = if wanted {
+                footage.next_frame().map(|picture| picture.map(|p| batch.push(p)).is_some())
+            } else {
+                footage.skip_frame()
+            };
+            match read {
+                Ok(true) => frame += 1,
+                Ok(false) => {
+                    ended = Ok(Some(frame));
+                    break;
+                }
+                Err(error) => {
+                    ended = Err(error);
+                    break;
+                }
+            }
+        }
+        // What was read before an error is shown all the same.
+        let size = film.size;
+        let photographs: Vec<Result<Vec<u8>>> =
+            batch.par_iter().map(|picture| photograph(&small(picture, size)?)).collect();
+        for photographed in photographs {
+            film.pictures.push(photographed?);
+        }
+        if let Some(frame) = ended? {
             film.note = Some(format!("The footage ends at frame {frame}, before the silhouettes."));
             break;
-        };
-        if frame % film.step == 0 {
-            film.pictures.push(photograph(&small(&picture, film.size)?)?);
         }
     }
     Ok(())

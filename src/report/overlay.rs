@@ -89,10 +89,14 @@ fn small_pictures(shot: &Shot, wanted: &[usize]) -> Result<Vec<Picture>> {
     let mut found = Vec::new();
     let Some(mut footage) = shot.footage()? else { return Ok(found) };
     for frame in 0..=wanted.last().copied().unwrap_or(0) {
-        let Some(picture) = footage.next_frame()? else { break };
-        if wanted.contains(&frame) {
-            found.push(reduced(&picture));
+        if !wanted.contains(&frame) {
+            if !footage.skip_frame()? {
+                break;
+            }
+            continue;
         }
+        let Some(picture) = footage.next_frame()? else { break };
+        found.push(reduced(&picture));
     }
     Ok(found)
 }

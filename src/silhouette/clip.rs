@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use super::base_drafts::BaseDrafts;
 use super::correction::Labels;
 use super::drafts::{Clip, Corrected, Drafted};
-use super::expected::bytes;
 use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
-use super::lab_image::{LabImage, reduced};
-use super::outline::{Scale, outline};
-use super::segmenter::{Segmenter, Settings};
+use super::lab_image::{LabImage, Region, reduced};
+use super::outline::outline;
+use super::scale::Scale;
+use super::segmenter::{Chosen, Parts, Segmenter, Settings};
 use crate::error::Result;
 use crate::image::{Picture, Rectangle};
 use crate::mask::{Connectivity, Mask, components};
@@ -118,14 +118,14 @@ impl ClipSegmenter {
         }
         let look = |picture| {
             let small = sized(picture, self.sketch);
-            (self.guess.candidates(&small), LabImage::of(&small))
+            (self.guess.rough_parts(&small), LabImage::of(&small))
         };
-        let seen: Vec<(Mask, LabImage)> = pictures.par_iter().map(look).collect();
-        for (candidates, lab) in seen {
-            let (mask, _) = self.guess.follow(&candidates);
-            self.guesses.push(mask);
-            self.frames.push(lab);
-        }
+        let seen: Vec<(Parts, LabImage)> = pictures.par_iter().map(look).collect();
+        let (parts, frames): (Vec<Parts>, Vec<LabImage>) = seen.into_iter().unzip();
+        self.frames.extend(frames);
+        // The choice alone goes in order.
+        let chosen: Vec<Chosen> = parts.into_iter().map(|p| self.guess.choose(p)).collect();
+        self.guesses.par_extend(chosen.par_iter().map(|chosen| self.guess.silhouette(chosen).0));
     }
 
     /// Replaces what a person said; the next [`draft`](Self::draft) goes by it.
@@ -335,20 +335,23 @@ fn enlarged(mask: &Mask, size: (usize, usize)) -> Mask {
         return mask.clone();
     }
     let Some(bounds) = mask.bounds() else { return Mask::new(size.0, size.1) };
-    let values: Vec<f32> = bytes(mask).into_iter().map(f32::from).collect();
     let scale = Scale::new(size, (mask.width(), mask.height()));
     let span = |low: usize, high: usize, small: usize, large: usize| {
         (low.saturating_sub(1) * large / small, ((high + 2) * large / small).min(large - 1))
     };
     let (left, right) = span(bounds.left, bounds.right, mask.width(), size.0);
     let (top, bottom) = span(bounds.top, bounds.bottom, mask.height(), size.1);
+    let region = Region { left, top, right: right + 1, bottom: bottom + 1 };
+    let part = scale.part(region);
+    let value = |x: usize, y: usize| f32::from(u8::from(mask.get(x, y)));
+    let values: Vec<f32> = (part.top..part.bottom)
+        .flat_map(|y| (part.left..part.right).map(move |x| value(x, y)))
+        .collect();
+    let sampled = scale.sampled(&values, region);
     let mut result = Mask::new(size.0, size.1);
-    for y in top..=bottom {
-        for x in left..=right {
-            if scale.sample(&values, x, y) >= 0.5 {
-                result.set(x, y, true);
-            }
-        }
+    for (y, row) in (top..).zip(sampled.chunks_exact(region.width())) {
+        let inside = row.iter().map(|value| *value >= 0.5);
+        result.set_row(y, std::iter::repeat_n(false, left).chain(inside));
     }
     result
 }

@@ -351,28 +351,27 @@ impl Clip {
         if draft.is_empty() {
             return Mask::new(w, h);
         }
-        let mut location = location_odds(draft);
+        let r = plate.region;
+        let mut location = location_odds(draft, r);
         for odds in &mut location {
             *odds *= trust.location;
         }
         if let Some(carried) = carried.filter(|c| !c.expected.is_empty()) {
-            for (odds, there) in location.iter_mut().zip(location_odds(&carried.expected)) {
+            for (odds, there) in location.iter_mut().zip(location_odds(&carried.expected, r)) {
                 *odds += CARRIED * carried.weight * there;
             }
         }
         let resemblance = carried.and_then(|c| c.resemblance.as_ref());
         let mut odds = vec![0.0; w * h];
         let mut known = vec![Known::Background; w * h];
-        let r = plate.region;
-        for y in r.top..r.bottom {
-            for x in r.left..r.right {
-                let at = y * w + x;
-                let seen = cues.plate_odds(plate, x, y);
-                let colour = cues.colour_odds(image.at(at), seen, plate.colour(x, y));
-                let resembles = resemblance.map_or(0.0, |r| r.log_odds(x, y));
-                odds[at] = seen + trust.colour * colour + location[at] + resembles;
-                known[at] = Known::Free;
-            }
+        let places = (r.top..r.bottom).flat_map(|y| (r.left..r.right).map(move |x| (x, y)));
+        for ((x, y), location) in places.zip(location) {
+            let at = y * w + x;
+            let seen = cues.plate_odds(plate, x, y);
+            let colour = cues.colour_odds(image.at(at), seen, plate.colour(x, y));
+            let resembles = resemblance.map_or(0.0, |r| r.log_odds(x, y));
+            odds[at] = seen + trust.colour * colour + location + resembles;
+            known[at] = Known::Free;
         }
         if let Some(labels) = self.labels.get(&t).filter(|_| carried.is_some()) {
             labels.mark(&mut known);

@@ -64,13 +64,6 @@ pub(super) fn repaired(masks: Vec<Mask>) -> Vec<Mask> {
         .collect()
 }
 
-/// One byte a pixel, 1 where the mask is set.
-pub(super) fn bytes(mask: &Mask) -> Vec<u8> {
-    (0..mask.width() * mask.height())
-        .map(|at| u8::from(mask.get(at % mask.width(), at / mask.width())))
-        .collect()
-}
-
 /// Of what was cut, the component that shares most pixels with what is expected, and those that a
 /// correction expects.
 pub(super) fn animal(found: &Mask, expected: &Mask, corrected: Option<&Mask>) -> Mask {

@@ -1,6 +1,8 @@
 //! The contrast-sensitive random field: neighbouring pixels prefer one label, less so across an
 //! edge of the picture (Boykov and Jolly 2001). Its optimum is found exactly, by a minimum cut.
 
+use std::ops::Range;
+
 use super::lab_image::LabImage;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -41,39 +43,24 @@ pub(super) fn least_cost(
     cut: &mut GridCut,
 ) -> Mask {
     let (w, h) = (image.width(), image.height());
-    let [l, a, b] = image.planes();
-    let colours: Vec<[u8; 3]> = (l.iter().zip(a).zip(b)).map(|((l, a), b)| [*l, *a, *b]).collect();
     let mut problem = cut.problem(w, h);
+    let mut row = Row::new(w);
     for y in 0..h {
-        for (x, _) in known[y * w..(y + 1) * w].iter().enumerate().filter(|k| *k.1 == Known::Free) {
-            let at = y * w + x;
-            let mut preference = (odds[at] * SCALE) as i32;
-            let mut capacities = [0; 4];
-            let colour = colours[at];
-            // East, south-east, south and south-west, which this pixel has the pair's cost of, and
-            // the four on the other side, which count only when they are decided already.
-            let (left, right, below) = (x > 0, x + 1 < w, y + 1 < h);
-            let neighbours = [
-                (right, at + 1, &fall.straight),
-                (right && below, at + w + 1, &fall.diagonal),
-                (below, at + w, &fall.straight),
-                (left && below, at + w - 1, &fall.diagonal),
-                (left, at.wrapping_sub(1), &fall.straight),
-                (left && y > 0, at.wrapping_sub(w + 1), &fall.diagonal),
-                (y > 0, at.wrapping_sub(w), &fall.straight),
-                (right && y > 0, (at + 1).wrapping_sub(w), &fall.diagonal),
-            ];
-            for (side, (there, near, costs)) in neighbours.into_iter().enumerate() {
-                if !there || (side >= 4 && known[near] == Known::Free) {
-                    continue;
-                }
-                let strength = costs[fall.index(colour, colours[near])];
-                match known[near] {
-                    Known::Free => capacities[side] = strength,
-                    Known::Animal => preference += strength,
-                    Known::Background => preference -= strength,
-                }
-            }
+        let of_row = &known[y * w..(y + 1) * w];
+        let is_free = |known: &Known| *known == Known::Free;
+        let Some(first) = of_row.iter().position(is_free) else { continue };
+        let last = of_row.iter().rposition(is_free).unwrap_or(first);
+        row.look(image, known, y, first..last + 1);
+        for x in (first..=last).filter(|x| is_free(&of_row[*x])) {
+            let mut preference = (odds[y * w + x] * SCALE) as i32;
+            let capacities = if row.decided[x] {
+                let (more, capacities) = beside_decided(image, fall, known, (x, y));
+                preference += more;
+                capacities
+            } else {
+                let costs = [&fall.straight, &fall.diagonal, &fall.straight, &fall.diagonal];
+                std::array::from_fn(|side| costs[side][fall.index(row.squares[side][x])])
+            };
             problem.add_pixel(x, y, preference, capacities);
         }
     }
@@ -82,6 +69,96 @@ pub(super) fn least_cost(
         .map(|(cut, known)| *cut || *known == Known::Animal)
         .collect();
     Mask::from_bools(w, h, &animal).unwrap_or_else(|| Mask::new(w, h))
+}
+
+/// What the capacities of pixels beside which something is decided already are, and what that adds
+/// to their preference.
+fn beside_decided(
+    image: &LabImage,
+    fall: &Fall,
+    known: &[Known],
+    (x, y): (usize, usize),
+) -> (i32, [i32; 4]) {
+    let (w, h) = (image.width(), image.height());
+    let at = y * w + x;
+    let (mut preference, mut capacities) = (0, [0; 4]);
+    // East, south-east, south and south-west, which this pixel has the pair's cost of, and the four
+    // on the other side, which count only when they are decided.
+    let (left, right, below) = (x > 0, x + 1 < w, y + 1 < h);
+    let neighbours = [
+        (right, at + 1, &fall.straight),
+        (right && below, at + w + 1, &fall.diagonal),
+        (below, at + w, &fall.straight),
+        (left && below, at + w - 1, &fall.diagonal),
+        (left, at.wrapping_sub(1), &fall.straight),
+        (left && y > 0, at.wrapping_sub(w + 1), &fall.diagonal),
+        (y > 0, at.wrapping_sub(w), &fall.straight),
+        (right && y > 0, (at + 1).wrapping_sub(w), &fall.diagonal),
+    ];
+    for (side, (there, near, costs)) in neighbours.into_iter().enumerate() {
+        if !there || (side >= 4 && known[near] == Known::Free) {
+            continue;
+        }
+        let strength = costs[fall.index(squared(image.at(at), image.at(near)))];
+        match known[near] {
+            Known::Free => capacities[side] = strength,
+            Known::Animal => preference += strength,
+            Known::Background => preference -= strength,
+        }
+    }
+    (preference, capacities)
+}
+
+/// What is worked out for a row at once, without branches.
+struct Row {
+    /// Squared differences of colour of each pixel from those east, south-east, south and south-west
+    /// of it, as far as they are in the picture.
+    squares: [Vec<u32>; 4],
+    /// Whether any of the nine pixels about one is decided or outside the picture.
+    decided: Vec<bool>,
+    column: Vec<bool>,
+}
+
+impl Row {
+    fn new(w: usize) -> Self {
+        let squares = std::array::from_fn(|_| vec![0; w]);
+        Self { squares, decided: vec![true; w], column: vec![true; w] }
+    }
+
+    /// Looks at the pixels `span` of row `y`.
+    fn look(&mut self, image: &LabImage, known: &[Known], y: usize, span: Range<usize>) {
+        let (w, h) = (image.width(), image.height());
+        self.decided[span.clone()].fill(true);
+        let inner = span.start.max(1)..span.end.min(w - 1);
+        if y == 0 || y + 1 == h || inner.is_empty() {
+            return;
+        }
+        let around = inner.start - 1..inner.end + 1;
+        let part = |y: usize| &known[y * w..(y + 1) * w][around.clone()];
+        let rows = part(y - 1).iter().zip(part(y)).zip(part(y + 1));
+        for (column, ((a, b), c)) in self.column[around.clone()].iter_mut().zip(rows) {
+            *column = (*a != Known::Free) | (*b != Known::Free) | (*c != Known::Free);
+        }
+        let column = &self.column[around];
+        let columns = column.iter().zip(&column[1..]).zip(&column[2..]);
+        for (decided, ((a, b), c)) in self.decided[inner.clone()].iter_mut().zip(columns) {
+            *decided = *a | *b | *c;
+        }
+        let here = y * w + inner.start..y * w + inner.end;
+        for (squares, ahead) in self.squares.iter_mut().zip([1, w + 1, w, w - 1]) {
+            let [l, a, b] = image.planes().each_ref().map(|plane| {
+                let there = &plane[here.start + ahead..here.end + ahead];
+                plane[here.clone()].iter().zip(there)
+            });
+            for (square, ((l, a), b)) in squares[inner.clone()].iter_mut().zip(l.zip(a).zip(b)) {
+                let d = |(a, b): (&u8, &u8)| {
+                    let d = u16::from(a.abs_diff(*b));
+                    u32::from(d * d)
+                };
+                *square = d(l) + 4 * (d(a) + d(b));
+            }
+        }
+    }
 }
 
 /// The cost of parting two neighbours by their difference of colour d:
@@ -127,8 +204,8 @@ impl Fall {
     }
 
     #[inline]
-    fn index(&self, a: [u8; 3], b: [u8; 3]) -> usize {
-        (((u64::from(squared(a, b)) * self.per_square) >> 32) as usize).min(FALL_STEPS)
+    fn index(&self, squared: u32) -> usize {
+        (((u64::from(squared) * self.per_square) >> 32) as usize).min(FALL_STEPS)
     }
 }
 
@@ -260,7 +337,7 @@ mod tests {
             for (a, b, wanted) in pairs(&image) {
                 let straight = a % w == b % w || a / w == b / w;
                 let costs = if straight { &fall.straight } else { &fall.diagonal };
-                let found = f64::from(costs[fall.index(image.at(a), image.at(b))]) / 1000.0;
+                let found = f64::from(costs[fall.index(squared(image.at(a), image.at(b)))]) / 1000.0;
                 prop_assert!((found - wanted).abs() <= wanted / 64.0 + 0.001, "{found} {wanted}");
             }
         }

@@ -56,18 +56,20 @@ impl LabImage {
 
     /// The pixels of a region.
     pub(super) fn of_region(picture: &Picture, region: Region) -> Self {
-        let mut planes = std::array::from_fn(|_| Vec::with_capacity(region.pixels()));
+        let mut planes = std::array::from_fn(|_| vec![0; region.pixels()]);
         let [l, a, b] = &mut planes;
+        let mut at = 0;
         let curves = &*CURVES;
         for y in region.top..region.bottom {
             let row = 3 * y * picture.width();
-            for rgb in picture.rgb()[row + 3 * region.left..row + 3 * region.right].chunks_exact(3)
-            {
-                let lab = curves.lab([rgb[0], rgb[1], rgb[2]]);
-                l.push(lab[0]);
-                a.push(lab[1]);
-                b.push(lab[2]);
+            let row = &picture.rgb()[row + 3 * region.left..row + 3 * region.right];
+            let here = at..at + region.width();
+            let places =
+                (l[here.clone()].iter_mut()).zip(&mut a[here.clone()]).zip(&mut b[here.clone()]);
+            for (rgb, ((l, a), b)) in row.as_chunks::<3>().0.iter().zip(places) {
+                [*l, *a, *b] = curves.lab(*rgb);
             }
+            at = here.end;
         }
         Self { width: region.width(), height: region.height(), planes }
     }

@@ -3,9 +3,6 @@
 use super::lab_image::LabImage;
 use super::plate::UNKNOWN;
 
-/// Pixels compared at a time: their sums stay in the first cache.
-const CHUNK: usize = 1024;
-
 /// The least and the greatest value of each plane in the 3 × 3 pixels about each pixel: what half a
 /// pixel of misalignment may turn a colour into.
 pub(super) struct Box3 {
@@ -16,80 +13,111 @@ pub(super) struct Box3 {
 impl Box3 {
     pub(super) fn of(image: &LabImage) -> Self {
         let (w, h) = (image.width(), image.height());
-        Self {
-            low: std::array::from_fn(|c| filtered(&image.planes()[c], w, h, u8::min)),
-            high: std::array::from_fn(|c| filtered(&image.planes()[c], w, h, u8::max)),
+        let mut boxes = BoxRow::new(w);
+        let [mut low, mut high]: [[Vec<u8>; 3]; 2] =
+            std::array::from_fn(|_| std::array::from_fn(|_| Vec::with_capacity(w * h)));
+        for (c, plane) in image.planes().iter().enumerate() {
+            for y in 0..h {
+                boxes.look(plane, h, y);
+                low[c].extend_from_slice(&boxes.low);
+                high[c].extend_from_slice(&boxes.high);
+            }
         }
+        Self { low, high }
     }
 }
 
-/// `pick` over the 3 × 3 neighbourhood, by columns and then by rows.
-fn filtered(plane: &[u8], w: usize, h: usize, pick: impl Fn(u8, u8) -> u8) -> Vec<u8> {
-    let mut across = plane.to_vec();
-    for (row, out) in plane.chunks_exact(w).zip(across.chunks_exact_mut(w)) {
-        for (o, (a, b)) in out[1..].iter_mut().zip(row[..w - 1].iter().zip(&row[1..])) {
-            *o = pick(*a, *b);
-        }
-        for (o, b) in out[..w - 1].iter_mut().zip(&row[1..]) {
-            *o = pick(*o, *b);
-        }
+/// The boxes of one row of a plane: so little that it never leaves the nearest cache.
+struct BoxRow {
+    low: Vec<u8>,
+    high: Vec<u8>,
+    /// The same of the columns, with one more at either end.
+    column_low: Vec<u8>,
+    column_high: Vec<u8>,
+}
+
+impl BoxRow {
+    fn new(w: usize) -> Self {
+        let [low, high] = std::array::from_fn(|_| vec![0; w]);
+        let [column_low, column_high] = std::array::from_fn(|_| vec![0; w + 2]);
+        Self { low, high, column_low, column_high }
     }
-    let mut result = across.clone();
-    for y in 0..h {
-        let out = &mut result[y * w..(y + 1) * w];
-        for near in [y.checked_sub(1), Some(y + 1).filter(|&n| n < h)].into_iter().flatten() {
-            for (o, v) in out.iter_mut().zip(&across[near * w..(near + 1) * w]) {
-                *o = pick(*o, *v);
-            }
+
+    /// Works out row `y` of a plane of `h` rows.
+    fn look(&mut self, plane: &[u8], h: usize, y: usize) {
+        let w = self.low.len();
+        if w == 0 {
+            return;
         }
+        // Where there is no row or column, the last there is stands in: that changes nothing.
+        let row = |y: usize| &plane[y * w..(y + 1) * w];
+        let rows = row(y.saturating_sub(1)).iter().zip(row(y)).zip(row((y + 1).min(h - 1)));
+        let columns = self.column_low[1..=w].iter_mut().zip(&mut self.column_high[1..=w]);
+        for ((low, high), ((a, b), c)) in columns.zip(rows) {
+            *low = (*a).min(*b).min(*c);
+            *high = (*a).max(*b).max(*c);
+        }
+        for column in [&mut self.column_low, &mut self.column_high] {
+            column[0] = column[1];
+            column[w + 1] = column[w];
+        }
+        nearest(&self.column_low, &mut self.low, u8::min);
+        nearest(&self.column_high, &mut self.high, u8::max);
     }
-    result
+}
+
+/// `pick` over each three neighbours.
+#[inline]
+fn nearest(of: &[u8], out: &mut [u8], pick: impl Fn(u8, u8) -> u8) {
+    let w = out.len();
+    let three = of[..w].iter().zip(&of[1..=w]).zip(&of[2..]);
+    for (out, ((a, b), c)) in out.iter_mut().zip(three) {
+        *out = pick(pick(*a, *b), *c);
+    }
 }
 
 /// Distance of each pixel from the other picture's box and of the other picture's pixel from this
 /// one's box, whichever is larger: a colour counts as found only when each explains the other. Half
 /// units of L*a*b* distance, rounded down, at most 254.
-pub(super) fn compare(
-    frame: &LabImage,
-    own: &Box3,
-    other: &LabImage,
-    there: &Box3,
-    distances: &mut [u8],
-) {
-    for (at, distances) in distances.chunks_mut(CHUNK).enumerate() {
-        let range = at * CHUNK..at * CHUNK + distances.len();
-        let (mut here, mut back) = ([0_i32; CHUNK], [0_i32; CHUNK]);
+pub(super) fn compare(frame: &LabImage, own: &Box3, other: &LabImage, distances: &mut [u8]) {
+    let (w, h) = (frame.width(), frame.height());
+    let mut there = BoxRow::new(w);
+    let [mut here, mut back] = std::array::from_fn(|_| vec![0_u16; w]);
+    for (y, distances) in distances.chunks_exact_mut(w.max(1)).enumerate() {
+        let row = y * w..(y + 1) * w;
+        here.fill(0);
+        back.fill(0);
         for c in 0..3 {
-            // To half units: bytes of L* are, those of a* and b* are whole ones; squared.
-            let unit = if c == 0 { 1 } else { 4 };
-            let part = |planes: &[Vec<u8>; 3]| -> [u8; CHUNK] {
-                let mut part = [0; CHUNK];
-                part[..range.len()].copy_from_slice(&planes[c][range.clone()]);
-                part
-            };
-            let (seen, shown) = (part(frame.planes()), part(other.planes()));
-            add_squares(&mut here, &seen, &part(&there.low), &part(&there.high), unit);
-            add_squares(&mut back, &shown, &part(&own.low), &part(&own.high), unit);
+            let (seen, shown) = (&frame.planes()[c], &other.planes()[c]);
+            there.look(shown, h, y);
+            let (low, high) = (&own.low[c][row.clone()], &own.high[c][row.clone()]);
+            let (seen, shown) = (&seen[row.clone()], &shown[row.clone()]);
+            // To half units: bytes of L* are, those of a* and b* are whole ones.
+            if c == 0 {
+                add_squares::<false>(&mut here, seen, &there.low, &there.high);
+                add_squares::<false>(&mut back, shown, low, high);
+            } else {
+                add_squares::<true>(&mut here, seen, &there.low, &there.high);
+                add_squares::<true>(&mut back, shown, low, high);
+            }
         }
         for (distance, (here, back)) in distances.iter_mut().zip(here.iter().zip(&back)) {
-            let root = (*here.max(back) as f32).sqrt();
+            let root = f32::from(*here.max(back)).sqrt();
             *distance = root.min(f32::from(UNKNOWN - 1)) as u8;
         }
     }
 }
 
-/// Adds `unit` times the squared distances of values from the intervals `low..=high`.
+/// Adds the squared distances of values from the intervals `low..=high`, the distances doubled or
+/// not. What does not fit 8 and 16 bits on the way is a distance of 255 and more, all of which are
+/// one in the end.
 #[inline]
-fn add_squares(
-    sums: &mut [i32; CHUNK],
-    values: &[u8; CHUNK],
-    low: &[u8; CHUNK],
-    high: &[u8; CHUNK],
-    unit: i32,
-) {
-    for i in 0..CHUNK {
-        let d = low[i].saturating_sub(values[i]).max(values[i].saturating_sub(high[i]));
-        sums[i] += i32::from(u16::from(d) * u16::from(d)) * unit;
+fn add_squares<const DOUBLED: bool>(sums: &mut [u16], values: &[u8], low: &[u8], high: &[u8]) {
+    for (sum, (value, (low, high))) in sums.iter_mut().zip(values.iter().zip(low.iter().zip(high)))
+    {
+        let d = low.saturating_sub(*value).max(value.saturating_sub(*high));
+        let d = u16::from(if DOUBLED { d.saturating_add(d) } else { d });
+        *sum = sum.saturating_add(d * d);
     }
 }
 
@@ -135,7 +163,7 @@ mod tests {
         #[test]
         fn distances_are_those_from_the_boxes_about_each_pixel((a, b) in two()) {
             let mut found = vec![0; a.width() * a.height()];
-            compare(&a, &Box3::of(&a), &b, &Box3::of(&b), &mut found);
+            compare(&a, &Box3::of(&a), &b, &mut found);
             for (at, &found) in found.iter().enumerate() {
                 let there = from_box(a.at(at), &nine(&b, at));
                 let back = from_box(b.at(at), &nine(&a, at));

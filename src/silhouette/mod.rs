@@ -22,6 +22,7 @@ mod occlusions;
 mod outline;
 mod plate;
 mod resemblance;
+mod scale;
 mod scale_trend;
 mod segmenter;
 mod track;

@@ -6,7 +6,8 @@ use super::drafts::Draft;
 use super::expected::animal;
 use super::field::{Fall, Known, least_cost};
 use super::lab_image::{LabImage, Region};
-use super::location::distances;
+use super::location::signed_distances;
+use super::scale::Scale;
 use crate::image::Picture;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -97,12 +98,8 @@ impl Part {
             region.right = region.right.max(said.right + 1);
             region.bottom = region.bottom.max(said.bottom + 1);
         }
-        let signed: Vec<f32> = distances(&draft.mask)
-            .iter()
-            .zip(distances(&draft.mask.not()))
-            .map(|(outside, inside)| outside - inside)
-            .collect();
         let scale = Scale::new(size, small);
+        let signed = signed_distances(&draft.mask, scale.part(region));
         let signed = scale.sampled(&signed, region);
         Some(Self { region, scale, signed, length, asked })
     }
@@ -112,15 +109,18 @@ impl Part {
         let r = self.region;
         let (w, h) = (r.width(), r.height());
         let (sw, sh) = (draft.mask.width(), draft.mask.height());
-        let plate: Vec<f32> =
-            (0..sw * sh).map(|at| cues.plate_odds(&draft.plate, at % sw, at / sw)).collect();
+        let part = self.scale.part(r);
+        let of_part = |odds: &dyn Fn(usize, usize) -> f32| -> Vec<f32> {
+            let row = |y| (part.left..part.right).map(move |x| odds(x, y));
+            (part.top..part.bottom).flat_map(row).collect()
+        };
+        let plate = of_part(&|x, y| cues.plate_odds(&draft.plate, x, y));
         let plate = self.scale.sampled(&plate, r);
         // Where the colours behind are known is coarser.
-        let columns: Vec<usize> =
-            (r.left..r.right).map(|x| x * sw / self.scale.columns.len()).collect();
+        let columns: Vec<usize> = (r.left..r.right).map(|x| x * sw / self.scale.size().0).collect();
         let mut colour = vec![0.0; w * h];
         for y in 0..h {
-            let behind_row = (y + r.top) * sh / self.scale.rows.len();
+            let behind_row = (y + r.top) * sh / self.scale.size().1;
             for (x, &behind_column) in columns.iter().enumerate() {
                 let at = y * w + x;
                 // One more than asked, for the blur.
@@ -135,8 +135,7 @@ impl Part {
             *seen = if distance.abs() <= self.asked { *seen + plate } else { 0.0 };
         }
         if let Some(resemblance) = draft.carried.as_ref().and_then(|c| c.resemblance.as_ref()) {
-            let odds: Vec<f32> =
-                (0..sw * sh).map(|at| resemblance.log_odds(at % sw, at / sw)).collect();
+            let odds = of_part(&|x, y| resemblance.log_odds(x, y));
             let odds = self.scale.sampled(&odds, r);
             for ((seen, odds), distance) in seen.iter_mut().zip(odds).zip(&self.signed) {
                 *seen += if distance.abs() <= self.asked { odds } else { 0.0 };
@@ -188,47 +187,4 @@ fn blurred(values: &[f32], w: usize, h: usize) -> Vec<f32> {
         }
     }
     result
-}
-
-/// Samples a small grid at the pixels of a larger one that shows the same picture.
-pub(super) struct Scale {
-    small: (usize, usize),
-    columns: Vec<(usize, f32)>,
-    rows: Vec<(usize, f32)>,
-}
-
-impl Scale {
-    pub(super) fn new(large: (usize, usize), small: (usize, usize)) -> Self {
-        let axis = |large: usize, small: usize| {
-            (0..large)
-                .map(|x| {
-                    let at = (x as f32 + 0.5) * small as f32 / large as f32 - 0.5;
-                    let at = at.clamp(0.0, (small - 1) as f32);
-                    let low = (at as usize).min(small.saturating_sub(2));
-                    (low, at - low as f32)
-                })
-                .collect()
-        };
-        Self { small, columns: axis(large.0, small.0), rows: axis(large.1, small.1) }
-    }
-
-    /// The values at the pixels of a part of the larger grid, row by row.
-    fn sampled(&self, values: &[f32], region: Region) -> Vec<f32> {
-        let mut all = Vec::with_capacity(region.pixels());
-        for y in region.top..region.bottom {
-            all.extend((region.left..region.right).map(|x| self.sample(values, x, y)));
-        }
-        all
-    }
-
-    /// Bilinear between the pixels' centres.
-    #[inline]
-    pub(super) fn sample(&self, values: &[f32], x: usize, y: usize) -> f32 {
-        let w = self.small.0;
-        let ((x0, fx), (y0, fy)) = (self.columns[x], self.rows[y]);
-        let (x1, y1) = ((x0 + 1).min(w - 1), (y0 + 1).min(self.small.1 - 1));
-        let top = values[y0 * w + x0] * (1.0 - fx) + values[y0 * w + x1] * fx;
-        let bottom = values[y1 * w + x0] * (1.0 - fx) + values[y1 * w + x1] * fx;
-        top * (1.0 - fy) + bottom * fy
-    }
 }

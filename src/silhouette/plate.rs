@@ -99,10 +99,10 @@ pub(super) fn compared_frames(t: usize, frames: usize, fps: f64) -> Vec<usize> {
 /// Compares a region of a frame with `others`: each a picture that knows where the animal may be in
 /// it, and the matrix that takes coordinates of this frame to its own. `behind` asks for what is
 /// behind the animal, too.
-pub(super) fn plate_distances<'a>(
+pub(super) fn plate_distances<'a, 'b: 'a>(
     frame: &LabImage,
     region: Region,
-    others: impl Iterator<Item = (&'a Source, Matrix3<f64>)>,
+    others: impl Iterator<Item = (&'a Source<'b>, Matrix3<f64>)>,
     behind: bool,
 ) -> PlateDistances {
     let pixels = region.pixels();
@@ -117,7 +117,7 @@ pub(super) fn plate_distances<'a>(
     let mut distances = vec![0_u8; pixels];
     for (other, to_other) in others {
         let warped = Warped::of(other, &to_other, region);
-        compare(&frame, &own, &warped.image, &Box3::of(&warped.image), &mut distances);
+        compare(&frame, &own, &warped.image, &mut distances);
         // Both flags are UNKNOWN where they say no.
         let flagged = |flags: &[u8]| distances.iter().zip(flags).map(|(d, f)| d | f).collect();
         let mut of_background: Vec<u8> = flagged(&warped.not_background);
@@ -235,12 +235,14 @@ mod tests {
         let mut own = ramp(0);
         let square = |at: usize| (10..16).contains(&(at % w)) && (10..16).contains(&(at / w));
         (0..w * h).filter(|&at| square(at)).for_each(|at| own[at] = 200);
+        let ramps: Vec<LabImage> = (1..4).map(|k| grey(w, h, &ramp(3 * k))).collect();
         let others: Vec<(Source, Matrix3<f64>)> = (1_u8..4)
-            .map(|k| {
+            .zip(&ramps)
+            .map(|(k, ramp)| {
                 let there = Mask::from_fn(w, h, |x, y| x > 30 && y > 20);
                 let to_other =
                     Matrix3::new(1.0, 0.0, -3.0 * f64::from(k), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
-                (Source::of(&grey(w, h, &ramp(3 * usize::from(k))), &there), to_other)
+                (Source::of(ramp, &there), to_other)
             })
             .collect();
         let frame = grey(w, h, &own);

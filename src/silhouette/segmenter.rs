@@ -120,11 +120,10 @@ impl Segmenter {
         &self.models
     }
 
-    /// What has the animal's colours in a picture, cleaned, for a first guess whose colours are told
-    /// apart less finely.
+    /// The same as [`parts`](Self::parts) for a first guess, whose colours are told apart less finely.
     #[must_use]
-    pub(super) fn candidates(&self, picture: &Picture) -> Mask {
-        cleaned(&self.models.classify_roughly(picture), &self.clean)
+    pub(super) fn rough_parts(&self, picture: &Picture) -> Parts {
+        self.parts_of(&cleaned(&self.models.classify_roughly(picture), &self.clean))
     }
 
     /// The parts of a frame that have the animal's colours and may be it: the work that is done for
@@ -175,12 +174,6 @@ impl Segmenter {
             report.flags.insert(Flag::Lost);
         }
         (mask, report)
-    }
-
-    /// The silhouette of the next picture, from its [`candidates`](Self::candidates).
-    pub(super) fn follow(&mut self, candidates: &Mask) -> (Mask, FrameReport) {
-        let chosen = self.choose(self.parts_of(candidates));
-        self.silhouette(&chosen)
     }
 }
 

@@ -7,7 +7,7 @@ use super::plate::UNKNOWN;
 use crate::mask::Mask;
 
 /// Steps a pixel is divided into for interpolation, each way, as a power of two: the product of two
-/// weights and a byte fits 16 bits, so that four of them are weighted by one multiplication.
+/// weights and a byte fits 16 bits, so that vectors of these do.
 const STEP_BITS: u32 = 4;
 const STEPS: i32 = 1 << STEP_BITS;
 
@@ -24,47 +24,48 @@ const SPAN: usize = 8;
 /// How far outside the other picture a point may lie, pixels: a camera at rest sees its border.
 const SLACK_PX: f32 = 0.01;
 
-/// Both lowest bytes of each half, which are two of a packed pixel's four channels.
-const EVEN: u64 = 0x00ff_00ff_00ff_00ff;
-
-/// A picture ready to be looked at from other frames: L*, a*, b* and 255 where the animal may be,
-/// lowest byte first.
-pub(super) struct Source {
-    width: usize,
-    height: usize,
-    pixels: Vec<u32>,
+/// A picture ready to be looked at from other frames.
+pub(super) struct Source<'a> {
+    image: &'a LabImage,
+    /// 255 where the animal may be.
+    animal: Vec<u8>,
 }
 
-impl Source {
-    pub(super) fn of(image: &LabImage, animal: &Mask) -> Self {
+/// What a span looks at: L*, a*, b* and 255 where the animal may be.
+type Seen = [[u8; SPAN]; 4];
+
+impl<'a> Source<'a> {
+    pub(super) fn of(image: &'a LabImage, animal: &Mask) -> Self {
         let (width, height) = (image.width(), image.height());
-        let mut pixels = Vec::with_capacity(width * height);
+        let mut there = Vec::with_capacity(width * height);
         for y in 0..height {
-            let row = y * width..(y + 1) * width;
-            let [l, a, b] = image.planes().each_ref().map(|plane| &plane[row.clone()]);
             let words = &animal.words()[y * animal.words_per_row()..];
-            for (x, ((l, a), b)) in l.iter().zip(a).zip(b).enumerate() {
-                let there = (words[x / 64] >> (x % 64) & 1) as u8 * 255;
-                pixels.push(u32::from_le_bytes([*l, *a, *b, there]));
-            }
+            there.extend((0..width).map(|x| (words[x / 64] >> (x % 64) & 1) as u8 * 255));
         }
-        Self { width, height, pixels }
+        Self { image, animal: there }
     }
 
-    /// The four channels, 16 bits each, between the pixel `corner` and those right of and below it.
-    #[expect(clippy::inline_always, reason = "the innermost loop, which the caller unrolls")]
-    #[inline(always)]
-    fn between(&self, corner: usize, fx: u32, fy: u32) -> u64 {
-        let here = &self.pixels[corner..corner + self.width + 2];
-        let steps = STEPS as u32;
-        let spread = |p: u32| (u64::from(p) | u64::from(p) << 24) & EVEN;
-        let upper = spread(here[0]) * u64::from((steps - fx) * (steps - fy))
-            + spread(here[1]) * u64::from(fx * (steps - fy));
-        let lower = spread(here[self.width]) * u64::from((steps - fx) * fy)
-            + spread(here[self.width + 1]) * u64::from(fx * fy);
-        // Half of 256 in each channel: rounded.
-        (upper + lower + 0x0080_0080_0080_0080) >> (2 * STEP_BITS) & EVEN
+    fn width(&self) -> usize {
+        self.image.width()
     }
+
+    fn planes(&self) -> [&[u8]; 4] {
+        let [l, a, b] = self.image.planes();
+        [l, a, b, &self.animal]
+    }
+}
+
+/// The value between four pixels, by weights of its way from left to right and from top to bottom.
+/// Differences may be less than zero; in the sum, modulo 2¹⁶, all is paid back.
+#[expect(clippy::inline_always, reason = "the innermost loop, which is made vectors of")]
+#[inline(always)]
+fn between(top: [u8; 2], bottom: [u8; 2], fx: u16, fy: u16) -> u8 {
+    let along = |from: u16, to: u16, f: u16| {
+        (from << STEP_BITS).wrapping_add(to.wrapping_sub(from).wrapping_mul(f))
+    };
+    let [left, right] = std::array::from_fn(|x| along(top[x].into(), bottom[x].into(), fy));
+    // Half of 256: rounded.
+    (along(left, right, fx).wrapping_add(128) >> (2 * STEP_BITS)) as u8
 }
 
 /// A picture laid over a region of this frame by the camera's motion.
@@ -79,29 +80,46 @@ pub(super) struct Warped {
 impl Warped {
     /// `other` is at least two pixels wide and high.
     pub(super) fn of(other: &Source, to_other: &Matrix3<f64>, region: Region) -> Self {
+        if *to_other == Matrix3::identity() {
+            return Self::seen_at_rest(other, region);
+        }
         let (w, pixels) = (region.width(), region.pixels());
         let [mut l, mut a, mut b, mut outside, mut not_background] =
             std::array::from_fn(|_| vec![0_u8; pixels]);
         let way = Way::new(to_other, other);
-        let mut at = 0;
         for y in region.top..region.bottom {
+            let row = (y - region.top) * w;
             for first in (0..w).step_by(SPAN) {
                 let count = SPAN.min(w - first);
-                let mut values = [0_u64; SPAN];
-                let inside = way.look(other, (region.left + first) as f32, y as f32, &mut values);
-                for (value, inside) in values.iter().zip(inside).take(count) {
-                    // The channels come in the order that `spread` leaves them in.
-                    [l[at], b[at], a[at]] =
-                        [*value as u8, (value >> 16) as u8, (value >> 32) as u8];
-                    let animal = if value >> 48 >= 128 { UNKNOWN } else { 0 };
-                    outside[at] = if inside { 0 } else { UNKNOWN };
-                    not_background[at] = animal | outside[at];
-                    at += 1;
+                let span = row + first..row + first + count;
+                let mut seen = [[0; SPAN]; 4];
+                let (x, y) = ((region.left + first) as f32, y as f32);
+                let inside = way.look(other, x, y, &mut seen);
+                l[span.clone()].copy_from_slice(&seen[0][..count]);
+                a[span.clone()].copy_from_slice(&seen[1][..count]);
+                b[span.clone()].copy_from_slice(&seen[2][..count]);
+                // All bits are that of 128.
+                let mut hidden = seen[3].map(|there| (there >> 7).wrapping_neg());
+                if let Some(inside) = inside {
+                    let none = inside.map(|inside| if inside { 0 } else { UNKNOWN });
+                    hidden = std::array::from_fn(|i| hidden[i] | none[i]);
+                    outside[span.clone()].copy_from_slice(&none[..count]);
                 }
+                not_background[span].copy_from_slice(&hidden[..count]);
             }
         }
         let image = LabImage::from_planes(w, region.height(), [l, a, b]);
         Self { image, outside, not_background }
+    }
+
+    /// From a camera that did not move: every pixel is its own.
+    fn seen_at_rest(other: &Source, region: Region) -> Self {
+        let mut not_background = Vec::with_capacity(region.pixels());
+        for row in other.animal.chunks_exact(other.width()).take(region.bottom).skip(region.top) {
+            not_background.extend_from_slice(&row[region.left..region.right]);
+        }
+        let image = other.image.cropped(region);
+        Self { image, outside: vec![0; region.pixels()], not_background }
     }
 }
 
@@ -116,7 +134,7 @@ impl Way {
     fn new(to_other: &Matrix3<f64>, other: &Source) -> Self {
         Self {
             m: std::array::from_fn(|i| to_other[(i / 3, i % 3)] as f32),
-            last: ((other.width - 1) as f32, (other.height - 1) as f32),
+            last: ((other.width() - 1) as f32, (other.image.height() - 1) as f32),
         }
     }
 
@@ -127,56 +145,95 @@ impl Way {
         ((m[0] * x + m[1] * y + m[2]) * depth, (m[3] * x + m[4] * y + m[5]) * depth)
     }
 
-    /// What the pixels from (`x`, `y`) to the right look at, and whether there is anything.
-    fn look(&self, other: &Source, x: f32, y: f32, values: &mut [u64; SPAN]) -> [bool; SPAN] {
+    /// What the pixels from (`x`, `y`) to the right look at, and whether there is anything; `None`
+    /// where there is for all of them.
+    #[inline]
+    fn look(&self, other: &Source, x: f32, y: f32, seen: &mut Seen) -> Option<[bool; SPAN]> {
         let ends = [self.place(x, y), self.place(x + SPAN as f32, y)];
         // Comparisons with NaN are false. A pole between the ends would part them widely.
         let well_inside = |&(sx, sy): &(f32, f32)| {
             sx >= 0.0 && sy >= 0.0 && sx < self.last.0 - 0.5 && sy < self.last.1 - 0.5
         };
         if ends.iter().all(well_inside) && (ends[1].0 - ends[0].0).abs() < 4.0 * SPAN as f32 {
-            self.look_along(other, ends, values);
-            return [true; SPAN];
+            look_along(other, ends, seen);
+            return None;
         }
-        std::array::from_fn(|i| {
-            let value = self.look_at(other, x + i as f32, y);
-            values[i] = value.unwrap_or(0);
-            value.is_some()
-        })
+        Some(std::array::from_fn(|i| self.look_at(other, x + i as f32, y, i, seen)))
     }
 
-    /// The points of a span that lies inside.
-    #[inline]
-    fn look_along(&self, other: &Source, ends: [(f32, f32); 2], values: &mut [u64; SPAN]) {
-        let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
-        let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
-        let (dx, dy) = (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1));
-        let (mut sx, mut sy) = (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP);
-        let weight = |s: i32| (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u32;
-        for value in values {
-            let corner =
-                (sy >> FRACTION_BITS) as usize * other.width + (sx >> FRACTION_BITS) as usize;
-            *value = other.between(corner, weight(sx), weight(sy));
-            sx += dx;
-            sy += dy;
-        }
-    }
-
-    /// One point, which may lie outside.
+    /// One point, which may lie outside; says whether it does not.
     #[cold]
-    fn look_at(&self, other: &Source, x: f32, y: f32) -> Option<u64> {
+    fn look_at(&self, other: &Source, x: f32, y: f32, i: usize, seen: &mut Seen) -> bool {
         let (sx, sy) = self.place(x, y);
         let (last_x, last_y) = self.last;
         // Written so that a NaN lies outside.
         let inside =
             sx > -SLACK_PX && sy > -SLACK_PX && sx < last_x + SLACK_PX && sy < last_y + SLACK_PX;
-        if !inside {
-            return None;
+        if inside {
+            let (sx, sy) = (sx.clamp(0.0, last_x), sy.clamp(0.0, last_y));
+            let width = other.width();
+            let x0 = (sx as usize).min(width - 2);
+            let y0 = (sy as usize).min(other.image.height() - 2);
+            let weight = |s: f32, low: usize| ((s - low as f32) * STEPS as f32 + 0.5) as u16;
+            look_between(other, y0 * width + x0, (weight(sx, x0), weight(sy, y0)), i, seen);
         }
-        let (sx, sy) = (sx.clamp(0.0, last_x), sy.clamp(0.0, last_y));
-        let (x0, y0) = ((sx as usize).min(other.width - 2), (sy as usize).min(other.height - 2));
-        let weight = |s: f32, low: usize| ((s - low as f32) * STEPS as f32 + 0.5) as u32;
-        Some(other.between(y0 * other.width + x0, weight(sx, x0), weight(sy, y0)))
+        inside
+    }
+}
+
+/// The points of a span that lies inside.
+#[inline]
+fn look_along(other: &Source, ends: [(f32, f32); 2], seen: &mut Seen) {
+    let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
+    let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
+    let (dx, dy) = (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1));
+    let (sx, sy) = (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP);
+    let place = |x: i32, y: i32| {
+        (y >> FRACTION_BITS) as usize * other.width() + (x >> FRACTION_BITS) as usize
+    };
+    let weight = |s: i32| (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16;
+    // Along a row of the other picture, pixel by pixel, when neither fraction leaves its pixel
+    // beside steps of exactly one.
+    let last = SPAN as i32 - 1;
+    let whole = 1 << FRACTION_BITS;
+    let stays = |s: i32, by: i32| (0..whole).contains(&((s & (whole - 1)) + last * by));
+    if stays(sx, dx - whole) && stays(sy, dy) {
+        let fx = std::array::from_fn(|i| weight(sx + i as i32 * dx));
+        let fy = std::array::from_fn(|i| weight(sy + i as i32 * dy));
+        look_along_row(other, place(sx, sy), (&fx, &fy), seen);
+        return;
+    }
+    for i in 0..SPAN {
+        let (x, y) = (sx + i as i32 * dx, sy + i as i32 * dy);
+        look_between(other, place(x, y), (weight(x), weight(y)), i, seen);
+    }
+}
+
+/// Eight neighbouring pixels at once.
+#[inline]
+fn look_along_row(
+    other: &Source,
+    corner: usize,
+    (fx, fy): (&[u16; SPAN], &[u16; SPAN]),
+    seen: &mut Seen,
+) {
+    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
+        let top: &[u8; SPAN + 1] = plane[corner..].first_chunk().unwrap_or(&[0; SPAN + 1]);
+        let bottom: &[u8; SPAN + 1] =
+            plane[corner + other.width()..].first_chunk().unwrap_or(&[0; SPAN + 1]);
+        for i in 0..SPAN {
+            seen[i] = between([top[i], top[i + 1]], [bottom[i], bottom[i + 1]], fx[i], fy[i]);
+        }
+    }
+}
+
+/// One point between the pixel `corner` and those right of and below it.
+#[inline]
+fn look_between(other: &Source, corner: usize, (fx, fy): (u16, u16), i: usize, seen: &mut Seen) {
+    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
+        let here = &plane[corner..corner + other.width() + 2];
+        let (top, bottom) = ([here[0], here[1]], [here[other.width()], here[other.width() + 1]]);
+        seen[i] = between(top, bottom, fx, fy);
     }
 }
 
@@ -190,6 +247,27 @@ mod tests {
     fn picture(w: usize, h: usize, values: &[u8]) -> LabImage {
         let plane = |c: usize| values.iter().map(|v| v.wrapping_mul(2 * c as u8 + 1)).collect();
         LabImage::from_planes(w, h, [plane(0), plane(1), plane(2)])
+    }
+
+    #[test]
+    fn a_camera_at_rest_is_no_special_case_to_see() {
+        let values: Vec<u8> = (0..12 * 9).map(|at| (at * 37 % 256) as u8).collect();
+        let animal = Mask::from_fn(12, 9, |x, y| (x * y) % 3 == 1);
+        let picture = picture(12, 9, &values);
+        let other = Source::of(&picture, &animal);
+        // A motion too small to be seen, but no identity.
+        let mut nearly = Matrix3::identity();
+        nearly[(0, 1)] = 1e-30;
+        for region in [
+            Region { left: 0, top: 0, right: 12, bottom: 9 },
+            Region { left: 1, top: 2, right: 10, bottom: 8 },
+        ] {
+            let rest = Warped::of(&other, &Matrix3::identity(), region);
+            let moved = Warped::of(&other, &nearly, region);
+            assert_eq!(rest.image, moved.image);
+            assert_eq!(rest.outside, moved.outside);
+            assert_eq!(rest.not_background, moved.not_background);
+        }
     }
 
     proptest! {

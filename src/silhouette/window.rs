@@ -20,8 +20,9 @@ pub struct WindowSettings {
 /// Masks cut to one size about their centres of mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Windowed {
-    /// The windows, all of one size; that of an empty mask is empty.
-    pub masks: Vec<Mask>,
+    /// The windows, all of one size; that of an empty mask is empty. Held cropped: a single frame in
+    /// which the animal reaches far would make those of a long clip many times as large.
+    pub masks: Vec<CroppedMask>,
     /// For each frame, column and row of the window's top left corner in the picture.
     pub corners_px: Vec<(i64, i64)>,
     /// The trend of scale, where one could be fitted.
@@ -66,7 +67,7 @@ pub fn windowed(masks: &[&CroppedMask], settings: WindowSettings) -> Windowed {
     let masks = centred
         .iter()
         .zip(&corners_px)
-        .map(|((mask, _), &(left, top))| mask.window(left, top, width, height))
+        .map(|((mask, _), &(left, top))| mask.cut(left, top, width, height))
         .collect();
     Windowed { masks, corners_px, trend }
 }

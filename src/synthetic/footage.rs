@@ -1,5 +1,8 @@
 //! Footage of the horse, with the truth beside it.
 
+use std::collections::VecDeque;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::camera::{Camera, Projection, View};
@@ -12,6 +15,9 @@ use crate::frames::FrameSource;
 use crate::image::{Picture, Rectangle};
 use crate::mask::Mask;
 use crate::rig::Model;
+
+/// Most frames that are drawn side by side.
+const MOST_AHEAD: usize = 8;
 
 /// What is filmed and how.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,6 +61,10 @@ pub struct SyntheticFootage {
     camera: Camera,
     next: usize,
     end: usize,
+    /// The frames from `next` on that are drawn already, and how many are drawn next time: one at
+    /// first, since often one is all that is wanted.
+    drawn: VecDeque<Picture>,
+    ahead: usize,
 }
 
 impl SyntheticFootage {
@@ -71,7 +81,16 @@ impl SyntheticFootage {
         let stride: Vec<_> =
             (0..24).map(|i| gait.pose(&model.skeleton, f64::from(i) / 24.0).pose).collect();
         let camera = Camera::framing(&model, &stride, view);
-        Self { gait, settings, model, camera, next: 0, end: settings.frames }
+        Self {
+            gait,
+            settings,
+            model,
+            camera,
+            next: 0,
+            end: settings.frames,
+            drawn: VecDeque::new(),
+            ahead: 1,
+        }
     }
 
     /// Reads only the frames from `first` to `last`, both included.
@@ -79,6 +98,7 @@ impl SyntheticFootage {
     pub fn with_range(mut self, first: usize, last: usize) -> Self {
         self.end = self.settings.frames.min(last.saturating_add(1));
         self.next = first.min(self.end);
+        self.drawn.clear();
         self
     }
 
@@ -164,8 +184,21 @@ impl FrameSource for SyntheticFootage {
         if self.next >= self.end {
             return Ok(None);
         }
+        if self.drawn.is_empty() {
+            let frames = self.next..self.end.min(self.next + self.ahead);
+            let drawn: Vec<Picture> = frames.into_par_iter().map(|t| self.picture(t)).collect();
+            self.drawn = drawn.into();
+            self.ahead = (2 * self.ahead).min(MOST_AHEAD);
+        }
         self.next += 1;
-        Ok(Some(self.picture(self.next - 1)))
+        Ok(self.drawn.pop_front())
+    }
+
+    fn skip_frame(&mut self) -> Result<bool> {
+        let any = self.next < self.end;
+        self.drawn.pop_front();
+        self.next += usize::from(any);
+        Ok(any)
     }
 }
 
@@ -244,5 +277,15 @@ mod tests {
         assert_ne!(footage.next_frame().unwrap().unwrap(), first);
         assert!(footage.next_frame().unwrap().is_some());
         assert!(footage.next_frame().unwrap().is_none());
+        let settings = SyntheticSettings { frames: 9, ..settings };
+        let mut footage = SyntheticFootage::new(Gait::Gallop, settings);
+        for frame in 0..9 {
+            if frame % 3 == 1 {
+                assert!(footage.skip_frame().unwrap());
+            } else {
+                assert_eq!(footage.next_frame().unwrap().unwrap(), footage.picture(frame));
+            }
+        }
+        assert!(!footage.skip_frame().unwrap() && footage.next_frame().unwrap().is_none());
     }
 }

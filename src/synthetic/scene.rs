@@ -29,9 +29,11 @@ pub(super) fn picture(
     frame: usize,
 ) -> Picture {
     let (width, height) = (camera.width(), camera.height());
-    let mut colours: Vec<[f64; 3]> = (0..width * height)
-        .map(|p| background((p % width) as f64 + shift_px, (p / width) as f64, height, seed))
-        .collect();
+    let mut colours: Vec<[f64; 3]> = Vec::with_capacity(width * height);
+    for y in 0..height {
+        let mut row = BackgroundRow::new(y as f64, height, seed);
+        colours.extend((0..width).map(|x| row.colour(x as f64 + shift_px)));
+    }
     let coats: Vec<[f64; 3]> =
         model.meshes.iter().map(|m| coat_colour(&model.skeleton.nodes[m.node].name)).collect();
     draw(model, pose, camera, &|mesh, _| coats[mesh], &mut colours);
@@ -42,7 +44,7 @@ pub(super) fn picture(
         .map(|value| {
             // The sum of four uniform numbers is close to normal, and the same on every platform.
             let noise: f64 = (0..4).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>() * 0.866;
-            (value + SENSOR_NOISE * noise).round().clamp(0.0, 255.0) as u8
+            level(value + SENSOR_NOISE * noise)
         })
         .collect();
     // The length is that of the pixels by construction; a black picture would be seen at once.
@@ -62,10 +64,18 @@ pub fn rendering(
 ) -> Picture {
     let mut colours = vec![ground.map(f64::from); camera.width() * camera.height()];
     draw(model, pose, camera, colour, &mut colours);
-    let level = |value: &f64| value.round().clamp(0.0, 255.0) as u8;
-    let rgb = colours.iter().flatten().map(level).collect();
+    let rgb = colours.iter().flatten().map(|value| level(*value)).collect();
     Picture::from_rgb(camera.width(), camera.height(), rgb)
         .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
+}
+
+/// The nearest byte, halves away from zero. Not `round`: a processor without an instruction for it
+/// takes longer over that than over all the rest of a pixel.
+#[inline]
+fn level(value: f64) -> u8 {
+    let value = value.clamp(0.0, 255.0);
+    let whole = value as u8;
+    whole + u8::from(value - f64::from(whole) >= 0.5)
 }
 
 fn draw(
@@ -112,37 +122,109 @@ fn coat_colour(node: &str) -> [f64; 3] {
     }
 }
 
-/// Bushes over grass, both of smooth noise that is fixed in the world.
-fn background(x: f64, y: f64, height: usize, seed: u64) -> [f64; 3] {
-    let horizon = HORIZON * height as f64;
-    if y < horizon {
-        let coarse = smooth_noise(x / 38.0, y / 26.0, seed);
-        let fine = smooth_noise(x / 7.0, y / 6.0, seed ^ 1);
-        let level = 0.65 * coarse + 0.35 * fine;
-        [92.0 + 62.0 * level, 120.0 + 58.0 * level, 88.0 + 66.0 * level]
-    } else {
-        let blades = smooth_noise(x / 3.0, y / 9.0, seed ^ 2);
-        let patches = smooth_noise(x / 60.0, y / 20.0, seed ^ 3);
-        let level = 0.5 * blades + 0.5 * patches;
-        [118.0 + 62.0 * level, 138.0 + 52.0 * level, 70.0 + 40.0 * level]
+/// Bushes over grass, both of smooth noise that is fixed in the world: one row of the picture.
+struct BackgroundRow {
+    bushes: bool,
+    noises: [NoiseRow; 2],
+}
+
+impl BackgroundRow {
+    fn new(y: f64, height: usize, seed: u64) -> Self {
+        let bushes = y < HORIZON * height as f64;
+        let noise =
+            |width: f64, height: f64, which: u64| NoiseRow::new(width, y / height, seed ^ which);
+        let noises = if bushes {
+            [noise(38.0, 26.0, 0), noise(7.0, 6.0, 1)]
+        } else {
+            [noise(3.0, 9.0, 2), noise(60.0, 20.0, 3)]
+        };
+        Self { bushes, noises }
+    }
+
+    fn colour(&mut self, x: f64) -> [f64; 3] {
+        let [first, second] = &mut self.noises;
+        let (first, second) = (first.at(x), second.at(x));
+        if self.bushes {
+            let level = 0.65 * first + 0.35 * second;
+            [92.0 + 62.0 * level, 120.0 + 58.0 * level, 88.0 + 66.0 * level]
+        } else {
+            let level = 0.5 * first + 0.5 * second;
+            [118.0 + 62.0 * level, 138.0 + 52.0 * level, 70.0 + 40.0 * level]
+        }
     }
 }
 
-/// Value noise, 0…1: random values on a grid, joined smoothly.
-fn smooth_noise(x: f64, y: f64, seed: u64) -> f64 {
-    let (left, top) = (x.floor(), y.floor());
-    let ease = |t: f64| t * t * (3.0 - 2.0 * t);
-    let (u, v) = (ease(x - left), ease(y - top));
-    let value = |dx: i64, dy: i64| {
-        let mut z = seed
-            .wrapping_add((left as i64 + dx) as u64 ^ 0x51_7C_C1_B7)
+/// Value noise, 0…1: random values on a grid, joined smoothly. One row of it, whose pixels have the
+/// same four values about them for as long as they are in one cell.
+struct NoiseRow {
+    seed: u64,
+    cell_width: f64,
+    top: f64,
+    v: f64,
+    left: f64,
+    corners: [f64; 4],
+}
+
+impl NoiseRow {
+    /// Of cells so many pixels wide; `y` counts in cells.
+    fn new(cell_width: f64, y: f64, seed: u64) -> Self {
+        let top = floor(y);
+        let v = ease(y - top);
+        Self { seed, cell_width, top, v, left: f64::NAN, corners: [0.0; 4] }
+    }
+
+    fn at(&mut self, x: f64) -> f64 {
+        let x = x / self.cell_width;
+        let left = floor(x);
+        if left != self.left {
+            self.left = left;
+            self.corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| self.value(dx, dy));
+        }
+        let (u, v) = (ease(x - left), self.v);
+        let [a, b, c, d] = self.corners;
+        let above = a * (1.0 - u) + b * u;
+        let below = c * (1.0 - u) + d * u;
+        above * (1.0 - v) + below * v
+    }
+
+    fn value(&self, dx: i64, dy: i64) -> f64 {
+        let mut z = self
+            .seed
+            .wrapping_add((self.left as i64 + dx) as u64 ^ 0x51_7C_C1_B7)
             .wrapping_mul(0x9E37_79B9_7F4A_7C15)
-            ^ ((top as i64 + dy) as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
+            ^ ((self.top as i64 + dy) as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let above = value(0, 0) * (1.0 - u) + value(1, 0) * u;
-    let below = value(0, 1) * (1.0 - u) + value(1, 1) * u;
-    above * (1.0 - v) + below * v
+    }
+}
+
+fn ease(t: f64) -> f64 {
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// The floor of a number of a picture's size, without a call where there is no instruction for it.
+#[inline]
+fn floor(x: f64) -> f64 {
+    let whole = x as i64 as f64;
+    if whole > x { whole - 1.0 } else { whole }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_and_floors_are_those_of_the_library() {
+        for value in [-3.7, -0.5, -0.2, 0.0, 0.499_999_999_999_999_94, 0.5, 1.5, 2.5, 254.5, 300.0]
+        {
+            assert_eq!(level(value), value.round().clamp(0.0, 255.0) as u8, "{value}");
+            assert_eq!(floor(value), value.floor(), "{value}");
+        }
+        for at in 0..2000_i32 {
+            let value = f64::from(at) * 0.137 - 9.0;
+            assert_eq!(level(value), value.round().clamp(0.0, 255.0) as u8, "{value}");
+            assert_eq!(floor(value), value.floor(), "{value}");
+        }
+    }
 }

@@ -31,6 +31,16 @@ type TileSums = [u32; TILE];
 /// # Panics
 /// When a mask has 2³² pixels or more.
 pub(super) fn gram(changes: &Changes, instructions: InstructionSet) -> Vec<u32> {
+    let mut matrix = vec![0; changes.masks * changes.masks];
+    add_gram(changes, instructions, &mut matrix);
+    matrix
+}
+
+/// Adds the Gram matrix of a part of the masks' pixels to that of the parts before.
+///
+/// # Panics
+/// When a mask has 2³² pixels or more.
+pub(super) fn add_gram(changes: &Changes, instructions: InstructionSet, matrix: &mut [u32]) {
     let n = changes.masks;
     assert!(changes.majority.len() < (u32::MAX / 64) as usize, "a mask of fewer than 2^32 pixels");
     let half_bytes = (!instructions.counts_vectors()).then(|| HalfBytes::of(changes));
@@ -43,15 +53,13 @@ pub(super) fn gram(changes: &Changes, instructions: InstructionSet) -> Vec<u32> 
     tiles.reverse();
     let squared = common(&changes.majority, &changes.majority) as i64;
     let linear = |i: usize| changes.in_majority[i] as i64;
-    let mut matrix = vec![0; n * n];
     matrix.par_chunks_mut(n.max(1)).enumerate().for_each(|(i, row)| {
         for (j, entry) in row.iter_mut().enumerate() {
             let (low, high) = (i.min(j), i.max(j));
             let product = i64::from(tiles[high / TILE][low][high % TILE]);
-            *entry = (product + linear(i) + linear(j) - squared) as u32;
+            *entry += (product + linear(i) + linear(j) - squared) as u32;
         }
     });
-    matrix
 }
 
 /// Rows that a tile of columns is multiplied with: the matrix is symmetric.
