@@ -14,6 +14,7 @@ mod footage;
 mod kept;
 mod new;
 mod pan;
+mod phase;
 mod progress;
 mod segment;
 mod segments;
