@@ -1,7 +1,7 @@
 //! Does the tool tell steps from strides? Walks and trots of the rigs and of the built-in horse, the
 //! left side's motion made weaker or later by a graded share, seen at yaw 0 to 30, with 15 % of the
 //! edge pixels flipped; and gallops, which have no steps:
-//! `cargo run --release --example left_right -- DATA [--all]`.
+//! `cargo run --release --example left_right -- DATA [--all] [--clips "fox,built-in trot"] [--yaws 0,30]`.
 //!
 //! What is above the noise is settled by the renderings alone, before the method sees them: frames
 //! half a stride apart differ in more pixels (without noise) than two noisy pictures of one pose do.
@@ -19,7 +19,7 @@ use muybridge::validate::{Shooting, Truth};
 #[path = "common/mod.rs"]
 mod common;
 
-use common::Known;
+use common::{Known, option};
 
 /// Poses of one stride that the frames are taken from.
 const STRIDE_POSES: usize = 1000;
@@ -105,12 +105,20 @@ fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let data = Path::new(arguments.first().map_or("../shared/data", String::as_str));
     let mut cases = Vec::new();
-    for known in common::gaits_of_rigs(data).into_iter().chain(common::built_in_gaits()) {
+    let yaws_deg: Vec<f64> = match option(&arguments, "--yaws") {
+        Some(list) => list.split(',').map(str::parse).collect::<Result<_, _>>()?,
+        None => YAWS_DEG.to_vec(),
+    };
+    let wanted: Vec<&str> = option(&arguments, "--clips").unwrap_or("").split(',').collect();
+    let mut clips = common::gaits_of_rigs(data);
+    clips.extend(common::built_in_gaits());
+    clips.retain(|known| wanted.iter().any(|part| known.name.contains(part)));
+    for known in &clips {
         let lames =
             if known.symmetric == Some(true) { Lame::all() } else { vec![Lame::Weaker(0.0)] };
-        for yaw_deg in YAWS_DEG {
+        for &yaw_deg in &yaws_deg {
             for &lame in &lames {
-                cases.push(case(&known, yaw_deg, lame)?);
+                cases.push(case(known, yaw_deg, lame)?);
             }
         }
     }
@@ -122,9 +130,13 @@ fn main() -> anyhow::Result<()> {
         "| walks and trots | cases | above the noise | unnamed: right | cannot tell | wrong | named: right | wrong |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    for yaw_deg in YAWS_DEG {
+    for &yaw_deg in &yaws_deg {
         let own: Vec<&Case> = cases.iter().filter(walks).filter(|c| c.yaw_deg == yaw_deg).collect();
         summary(&format!("yaw {yaw_deg}"), &own);
+    }
+    for known in clips.iter().filter(|known| known.symmetric == Some(true)) {
+        let own: Vec<&Case> = cases.iter().filter(|c| c.name == known.name).collect();
+        summary(&known.name, &own);
     }
     for lame in Lame::all() {
         let own: Vec<&Case> = cases.iter().filter(walks).filter(|c| c.lame == lame).collect();

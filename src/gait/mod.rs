@@ -9,12 +9,14 @@
 //!    the plane in which the motion turns, whichever components span it. Nothing wraps round the
 //!    ends of the clip, and no pair of components is singled out.
 //! 2. *Stride*: lines at odd multiples of f0/2 say that the silhouette repeats every second period
-//!    only: the period is a step, and near and far legs differ ([`StrideEvidence`]).
+//!    only: the period is a step, and near and far legs differ. A back that bobs twice in the period
+//!    says that it is the stride ([`StrideEvidence`]).
 //! 3. *Cycle*: a Fourier series of all components over the stride and the phase that runs through
 //!    it are fitted in turns, the phase as the smoothest path (second differences) that explains
 //!    the frames, its stiffness chosen by its own evidence, frames that do not fit the cycle
 //!    weighted down.
 
+mod back;
 mod carrier;
 mod cycle;
 mod segments;
@@ -77,6 +79,22 @@ impl GaitPhase {
         symmetry: Symmetry,
         repeats_a_frame: Option<f64>,
     ) -> Result<Self> {
+        Self::measure_with_back(scores, variance_shares, used, symmetry, repeats_a_frame, None)
+    }
+
+    /// The same with the height of the back at places along it, frames × places, in any unit and
+    /// from any height that stands still or moves steadily: it tells two steps from one.
+    ///
+    /// # Errors
+    /// As [`GaitPhase::measure`].
+    pub fn measure_with_back(
+        scores: &Coefficients,
+        variance_shares: &[f64],
+        used: &[bool],
+        symmetry: Symmetry,
+        repeats_a_frame: Option<f64>,
+        back: Option<&Coefficients>,
+    ) -> Result<Self> {
         scores.check_finite()?;
         let clip = Clip::new(scores, variance_shares, used);
         let too_few = Error::TooFewMasks { frames: clip.seen() };
@@ -85,7 +103,7 @@ impl GaitPhase {
         }
         let carrier = carrier::track(&clip, repeats_a_frame);
         let Some(by_period) = cycle::fit(&clip, &carrier) else { return Err(too_few) };
-        let stride = StrideEvidence::weigh(&clip, &by_period, symmetry);
+        let stride = StrideEvidence::weigh(&clip, &by_period, symmetry, back);
         let fitted = if stride.repeats == Repeats::EveryStep {
             let halved: Vec<f64> = carrier.iter().map(|p| p / 2.0).collect();
             cycle::fit(&clip, &halved)

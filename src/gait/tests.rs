@@ -101,6 +101,53 @@ fn half_the_frequency_is_seen_only_where_it_is() {
     }
 }
 
+/// The back over a stride, at three places: `once` pixels once a stride, `twice` twice, on a slope.
+fn planted_back(phases: &[f64], once: f64, twice: f64, noise: f64, seed: u64) -> Coefficients {
+    let mut draw = noise_source(seed);
+    let rows: Vec<f64> = phases
+        .iter()
+        .flat_map(|p| {
+            [0.0, 0.2, 0.5].map(|place| {
+                let (first, second) = (TAU * (p + place), TAU * (2.0 * p + 0.3 * place));
+                80.0 + 3.0 * p + once * first.cos() + twice * second.cos()
+            })
+        })
+        .map(|v| v + noise * draw())
+        .collect();
+    Coefficients::from_rows(phases.len(), 3, rows).unwrap()
+}
+
+#[test]
+fn a_back_that_bobs_twice_in_the_period_tells_the_stride_from_the_step() {
+    // Near and far look so unlike that one line a stride outshines the rest: the even lines alone
+    // at twice the rate, so that nothing lies at half the silhouette's frequency.
+    let truth = steady(100, 24.3);
+    let halved: Vec<f64> = truth.iter().map(|p| p / 2.0).collect();
+    for seed in 0..8 {
+        let scores = planted(&halved, 0.0, 0.1, seed);
+        let measure = |symmetry: Symmetry, once: f64, twice: f64, noise: f64| {
+            let back = planted_back(&truth, once, twice, noise, seed + 100);
+            let (used, back) = ([true; 100], Some(&back));
+            GaitPhase::measure_with_back(&scores, &SHARES, &used, symmetry, None, back).unwrap()
+        };
+        let found = measure(Symmetry::Unknown, 1.0, 2.0, 0.3);
+        assert_eq!(found.stride.repeats, Repeats::EveryStride);
+        assert!((found.stride_frames() - 24.3).abs() < 0.05, "{}", found.stride_frames());
+        // It bobs once: a gallop's stride, or the step of a walk. The name says which.
+        let repeats = |symmetry: Symmetry, once: f64, twice: f64, noise: f64| {
+            measure(symmetry, once, twice, noise).stride.repeats
+        };
+        assert_eq!(repeats(Symmetry::Unknown, 2.0, 0.5, 0.3), Repeats::Unknown);
+        assert_eq!(repeats(Symmetry::Symmetric, 2.0, 0.5, 0.3), Repeats::EveryStep);
+        assert_eq!(repeats(Symmetry::Asymmetric, 2.0, 0.5, 0.3), Repeats::EveryStride);
+        // In between it says nothing, and in noise neither.
+        assert_eq!(repeats(Symmetry::Unknown, 2.0, 1.0, 0.3), Repeats::Unknown);
+        assert_eq!(repeats(Symmetry::Symmetric, 2.0, 1.0, 0.3), Repeats::EveryStride);
+        assert_eq!(repeats(Symmetry::Unknown, 0.0, 0.3, 1.5), Repeats::Unknown);
+        assert_eq!(repeats(Symmetry::Symmetric, 0.0, 0.0, 1.5), Repeats::EveryStride);
+    }
+}
+
 #[test]
 fn what_is_not_a_clip_is_refused() {
     let flat = Coefficients::from_rows(20, 1, vec![0.0; 20]).unwrap();

@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use super::bridge::{bridged, held};
 use super::drift::{self, ShapeDrift};
+use super::phase::{measure_phase, stride_basis};
 use super::segments::{Segment, lengthened};
 use super::view_drift::view_drift;
 use crate::error::Result;
-use crate::gait::{GaitPhase, Repeats, Symmetry};
+use crate::gait::{GaitPhase, Repeats};
 use crate::image_pca::{CentredGram, ImagePca, MaskBands};
 use crate::mask::{CroppedMask, Mask};
 use crate::numeric::Coefficients;
@@ -16,7 +17,7 @@ use crate::silhouette::{
     Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, flag_area_jumps,
     report_of_mask, windowed,
 };
-use crate::spectrum::{self, CycleFindings, MaskCounts, SpectralAnalysis, StrideBasis};
+use crate::spectrum::{self, CycleFindings, MaskCounts, SpectralAnalysis};
 
 /// What of slow changes is removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,9 +57,6 @@ pub struct MaskAnalysis {
 /// Components that the gait phase is measured with, whatever number the user keeps. The lines that
 /// tell near legs from far ones are often in none of the first five.
 const PHASE_COMPONENTS: usize = 16;
-
-/// Repeats of the silhouette that a clip must hold for its phase to mean anything.
-const LEAST_REPEATS: f64 = 1.5;
 
 impl MaskAnalysis {
     /// The windows of the masks that entered the PCA.
@@ -146,7 +144,8 @@ fn analyse_usable(
         drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?
     };
     let repeats = drift.filter(|d| d.removed).map(|d| d.repeats_a_frame);
-    let gait = measure_phase(&all, &used, &frames, settings.gait, repeats);
+    let back = windows.back_rows_px(&used);
+    let gait = measure_phase(&all, &used, &frames, settings.gait, repeats, back.as_ref());
     let pca = all.leading(components);
     let bad = frames.len() - good.len();
     let counts = MaskCounts { frames: frames.len(), bad, flagged, uncertain };
@@ -157,10 +156,7 @@ fn analyse_usable(
     spectral.band_passed = held(&spectral.band_passed, seen.first, masks.len());
     if let Some(gait) = &gait {
         let frames = (gait.stride.repeats != Repeats::Unknown).then(|| gait.stride_frames());
-        let basis = match settings.gait.is_symmetric() {
-            Some(_) => StrideBasis::Given,
-            None => StrideBasis::SubharmonicSeen,
-        };
+        let basis = stride_basis(settings.gait, gait.stride.repeats);
         spectral.rhythm = spectral.rhythm.with_stride(frames, basis);
         spectral.diagnosis = spectral.diagnosis.with_cycle(CycleFindings {
             explained_share: gait.explained_share,
@@ -246,28 +242,6 @@ fn sweep(gait: &GaitPhase, pca: &ImagePca, masks: &[&CroppedMask]) -> Option<f64
     let share: f64 = (1..=gait.cycle.order()).map(|h| gait.cycle.power(h)).sum();
     let area = masks.iter().map(|m| m.area() as f64).sum::<f64>() / masks.len().max(1) as f64;
     (area > 0.0).then(|| pca.total_variance * share / area)
-}
-
-/// The gait phase of some frames, where they are enough for one.
-fn measure_phase(
-    pca: &ImagePca,
-    used: &[bool],
-    frames: &Range<usize>,
-    gait: spectrum::Gait,
-    repeats_a_frame: Option<f64>,
-) -> Option<GaitPhase> {
-    let symmetry = match gait.is_symmetric() {
-        None => Symmetry::Unknown,
-        Some(true) => Symmetry::Symmetric,
-        Some(false) => Symmetry::Asymmetric,
-    };
-    let scores = bridged(&pca.scores, used).rows(frames.clone());
-    let used = &used[frames.clone()];
-    let found =
-        GaitPhase::measure(&scores, &pca.variance_shares(), used, symmetry, repeats_a_frame)
-            .ok()?;
-    let repeats = scores.frames() as f64 / found.repeat_frames;
-    (repeats >= LEAST_REPEATS).then_some(found)
 }
 
 /// Which masks enter the PCA.

@@ -14,9 +14,9 @@ pub fn halves_alike(setting: Mirroring, gait: Gait, repeats: Repeats, drifts: bo
     match setting {
         Mirroring::On => true,
         Mirroring::Off => false,
-        // Seen to repeat every step while its halves differ, or named so.
+        // Named so, or seen to take two steps: of an unnamed gait nothing else tells a step or a stride.
         Mirroring::Auto => {
-            let alike = gait.is_symmetric().unwrap_or(repeats == Repeats::EveryStep);
+            let alike = gait.is_symmetric().unwrap_or(repeats != Repeats::Unknown);
             alike && !drifts
         }
     }
@@ -24,11 +24,11 @@ pub fn halves_alike(setting: Mirroring, gait: Gait, repeats: Repeats, drifts: bo
 
 /// The same of a shot whose phase is stored.
 pub(super) fn counts_twice(shot: &Shot, diagnosis: &StoredDiagnosis, drifts: bool) -> bool {
-    let every_step = |s: &crate::shot::StoredStride| s.repeats == Repeats::EveryStep.name();
-    let repeats = match &diagnosis.stride {
-        Some(stride) if every_step(stride) => Repeats::EveryStep,
-        _ => Repeats::Unknown,
-    };
+    let repeats = diagnosis.stride.as_ref().map_or("", |s| s.repeats.as_str());
+    let repeats = [Repeats::EveryStep, Repeats::EveryStride]
+        .into_iter()
+        .find(|r| r.name() == repeats)
+        .unwrap_or(Repeats::Unknown);
     let settings = &shot.settings;
     halves_alike(settings.animation.mirror, settings.analysis.gait, repeats, drifts)
 }
@@ -117,7 +117,7 @@ mod tests {
         assert!(auto(Gait::Walk, Repeats::EveryStride, false));
         assert!(auto(Gait::Unknown, Repeats::EveryStep, false));
         assert!(!auto(Gait::Unknown, Repeats::Unknown, false));
-        assert!(!auto(Gait::Unknown, Repeats::EveryStride, false));
+        assert!(auto(Gait::Unknown, Repeats::EveryStride, false));
         assert!(!auto(Gait::Gallop, Repeats::EveryStep, false));
         assert!(!auto(Gait::Trot, Repeats::EveryStep, true));
         assert!(halves_alike(Mirroring::On, Gait::Gallop, Repeats::Unknown, true));

@@ -15,6 +15,7 @@ mod kept;
 mod mirror;
 mod new;
 mod pan;
+mod phase;
 mod progress;
 mod segment;
 mod segments;

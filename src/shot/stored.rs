@@ -35,7 +35,7 @@ pub struct StoredDiagnosis {
     pub stride_hz: Option<f64>,
     /// Frames a stride; null when it cannot be told.
     pub stride_frames: Option<f64>,
-    /// "given", "subharmonic_seen" or "unknown".
+    /// "given", "subharmonic_seen", "two_steps_seen" or "unknown".
     pub stride_basis: String,
     /// What speaks for steps or strides; null when no phase could be measured.
     pub stride: Option<StoredStride>,

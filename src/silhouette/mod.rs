@@ -2,6 +2,7 @@
 //! animal, the window about it, and the removal of a slow trend of scale (seed 003, section 2.2).
 
 mod area_jumps;
+mod back;
 mod base_drafts;
 mod clip;
 mod colour;

@@ -52,6 +52,8 @@ pub enum StrideBasis {
     Given,
     /// The spectrum has a line at half the repeat frequency: near and far legs differ.
     SubharmonicSeen,
+    /// The back goes up and down twice in a repeat: it holds two steps.
+    TwoStepsSeen,
     /// Nothing tells whether the silhouette repeats once or twice a stride.
     Unknown,
 }
@@ -63,6 +65,7 @@ impl StrideBasis {
         match self {
             StrideBasis::Given => "given",
             StrideBasis::SubharmonicSeen => "subharmonic_seen",
+            StrideBasis::TwoStepsSeen => "two_steps_seen",
             StrideBasis::Unknown => "unknown",
         }
     }

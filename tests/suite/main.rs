@@ -19,6 +19,7 @@ mod gltf_fixture;
 mod horse_walk;
 mod interpolate;
 mod layers;
+mod left_right;
 mod loops;
 mod mirror;
 mod node_packages;

@@ -102,7 +102,11 @@ pub(crate) fn text(d: &StoredDiagnosis) -> String {
     ));
     text.push_str(&match (d.stride_hz, d.stride_frames) {
         (Some(hz), Some(frames)) => {
-            let how = if d.stride_basis == "given" { "as the gait was named" } else { "seen in the spectrum" };
+            let how = match d.stride_basis.as_str() {
+                "given" => "as the gait was named",
+                "two_steps_seen" => "the back goes up and down twice in it",
+                _ => "seen in the spectrum",
+            };
             format!("stride: {hz:.3} Hz, {frames:.2} frames ({how})\n")
         }
         _ => format!(

@@ -1,0 +1,53 @@
+//! The gait phase of a clip's masks, and how its stride is known.
+
+use std::ops::Range;
+
+use super::bridge::bridged;
+use crate::gait::{GaitPhase, Repeats, Symmetry};
+use crate::image_pca::ImagePca;
+use crate::numeric::Coefficients;
+use crate::spectrum::{Gait, StrideBasis};
+
+/// Repeats of the silhouette that a clip must hold for its phase to mean anything.
+const LEAST_REPEATS: f64 = 1.5;
+
+/// The gait phase of some frames, where they are enough for one.
+pub(super) fn measure_phase(
+    pca: &ImagePca,
+    used: &[bool],
+    frames: &Range<usize>,
+    gait: Gait,
+    repeats_a_frame: Option<f64>,
+    back: Option<&Coefficients>,
+) -> Option<GaitPhase> {
+    let symmetry = match gait.is_symmetric() {
+        None => Symmetry::Unknown,
+        Some(true) => Symmetry::Symmetric,
+        Some(false) => Symmetry::Asymmetric,
+    };
+    let scores = bridged(&pca.scores, used).rows(frames.clone());
+    let used = &used[frames.clone()];
+    let back = back.map(|rows| rows.rows(frames.clone()));
+    let shares = pca.variance_shares();
+    let found = GaitPhase::measure_with_back(
+        &scores,
+        &shares,
+        used,
+        symmetry,
+        repeats_a_frame,
+        back.as_ref(),
+    )
+    .ok()?;
+    let repeats = scores.frames() as f64 / found.repeat_frames;
+    (repeats >= LEAST_REPEATS).then_some(found)
+}
+
+/// How the stride is known, where it is.
+pub(super) fn stride_basis(gait: Gait, repeats: Repeats) -> StrideBasis {
+    match (gait.is_symmetric(), repeats) {
+        (Some(_), _) => StrideBasis::Given,
+        (None, Repeats::EveryStride) => StrideBasis::TwoStepsSeen,
+        (None, Repeats::EveryStep) => StrideBasis::SubharmonicSeen,
+        (None, Repeats::Unknown) => StrideBasis::Unknown,
+    }
+}
