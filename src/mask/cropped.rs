@@ -45,6 +45,17 @@ impl CroppedMask {
         self.height
     }
 
+    /// Whether the pixel in column `x` and row `y` of the picture is set.
+    ///
+    /// # Panics
+    /// When there is no such pixel.
+    #[must_use]
+    pub fn get(&self, x: usize, y: usize) -> bool {
+        assert!(x < self.width && y < self.height, "pixel ({x}, {y}) outside the picture");
+        let (x, y) = (x.wrapping_sub(self.corner.0), y.wrapping_sub(self.corner.1));
+        x < self.inside.width() && y < self.inside.height() && self.inside.get(x, y)
+    }
+
     /// Whether no pixel is set.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -129,6 +140,9 @@ mod tests {
             prop_assert_eq!(cropped.window(left, top, 70, 5), mask.window(left, top, 70, 5));
             let part = cropped.cut(left, top, 170, 9);
             prop_assert_eq!(&part, &CroppedMask::from(&mask.window(left, top, 170, 9)));
+            for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+                prop_assert_eq!(cropped.get(x, y), mask.get(x, y));
+            }
             prop_assert_eq!(cropped.to_mask(), mask);
         }
     }

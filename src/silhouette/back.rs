@@ -1,7 +1,7 @@
 //! The line of the back: what a swap of near and far legs does not touch.
 
 use super::Windowed;
-use crate::mask::Mask;
+use crate::mask::CroppedMask;
 use crate::numeric::Coefficients;
 
 /// The centre of mass lies in the trunk: a column belongs to it when its pixel in the row of the
@@ -19,7 +19,7 @@ impl Windowed {
     /// Rows of frames that are not `used` mean nothing. `None` without used frames or trunk.
     #[must_use]
     pub fn back_rows_px(&self, used: &[bool]) -> Option<Coefficients> {
-        let seen: Vec<&Mask> =
+        let seen: Vec<&CroppedMask> =
             self.masks.iter().zip(used).filter(|(_, u)| **u).map(|(m, _)| m).collect();
         let first = seen.first()?;
         let centre = first.height() / 2;
@@ -47,7 +47,7 @@ impl Windowed {
 mod tests {
     use super::super::{WindowSettings, windowed};
     use super::*;
-    use crate::mask::CroppedMask;
+    use crate::mask::Mask;
 
     /// A trunk whose back stands at `top`, on a leg that is `leg` pixels long.
     fn animal(top: usize, leg: usize) -> Mask {
