@@ -20,6 +20,7 @@ mod likeness;
 mod location;
 mod occlusions;
 mod outline;
+mod pieces;
 mod plate;
 mod resemblance;
 mod scale_trend;
