@@ -21,6 +21,7 @@ mod likeness;
 mod location;
 mod occlusions;
 mod outline;
+mod pieces;
 mod plate;
 mod resemblance;
 mod scale;
