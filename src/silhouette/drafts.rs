@@ -20,7 +20,6 @@ use super::field::{Fall, Known, least_cost};
 use super::lab_image::{LabImage, Region};
 use super::least_sure::CARRIED_FRAMES;
 use super::location::location_odds;
-use super::pieces::joined;
 use super::plate::{PlateDistances, compared_frames, plate_distances};
 use super::resemblance::{Resemblance, Seen};
 use super::warp::Source;
@@ -267,13 +266,13 @@ impl Clip {
         let mut last: Option<Mask> = None;
         let mut drafts = Vec::with_capacity(span.len());
         for (t, (found, carried)) in span.zip(cuts) {
-            let expected = last.as_ref().map_or_else(|| masks[t].clone(), |l| masks[t].or(l));
-            let mut mask = animal(&found, &expected, carried.as_ref().map(|c| &c.expected));
-            let plate = plates.remove(&t)?;
-            if plate.still {
-                mask = joined(mask, &found, |x, y| cues.plate_odds(&plate, x, y));
-            }
+            let expected = match &last {
+                Some(last) => masks[t].or(last),
+                None => masks[t].clone(),
+            };
+            let mask = animal(&found, &expected, carried.as_ref().map(|c| &c.expected));
             last = Some(mask.clone());
+            let plate = plates.remove(&t)?;
             drafts.push(Draft { mask, plate, cues: 0, carried });
         }
         Some((drafts, cues))

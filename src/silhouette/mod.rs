@@ -21,7 +21,6 @@ mod likeness;
 mod location;
 mod occlusions;
 mod outline;
-mod pieces;
 mod plate;
 mod resemblance;
 mod scale;

@@ -7,7 +7,6 @@ use super::expected::animal;
 use super::field::{Fall, Known, least_cost};
 use super::lab_image::{LabImage, Region};
 use super::location::signed_distances;
-use super::pieces::joined;
 use super::scale::Scale;
 use crate::image::Picture;
 use crate::mask::Mask;
@@ -58,10 +57,7 @@ pub(super) fn outline(
     let expected = Mask::from_fn(w, h, |x, y| part.signed[y * w + x] <= 0.0);
     // Pieces that a correction brought are in the draft.
     let corrected = draft.carried.as_ref().map(|_| &expected);
-    let mut mask = animal(&found, &expected, corrected);
-    if draft.plate.still {
-        mask = joined(mask, &found, |x, y| seen[y * w + x]);
-    }
+    let mask = animal(&found, &expected, corrected);
     let confidence = part.confidence(&mask, &seen);
     (mask.window(-(r.left as i64), -(r.top as i64), size.0, size.1), confidence)
 }

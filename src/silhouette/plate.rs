@@ -33,8 +33,6 @@ pub(super) const UNKNOWN: u8 = 255;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlateDistances {
     pub(super) region: Region,
-    /// Whether the other frames lie over this one as they are, because the camera stands still.
-    pub(super) still: bool,
     /// Half units of L*a*b* distance up to 254 from what shows the background; [`UNKNOWN`] where no
     /// frame does.
     shown: Vec<u8>,
@@ -55,7 +53,7 @@ impl PlateDistances {
     /// Of nothing: what is not known of a draft that was only remembered.
     pub(super) fn nowhere() -> Self {
         let region = Region { left: 0, top: 0, right: 0, bottom: 0 };
-        Self { region, still: false, shown: Vec::new(), behind: None }
+        Self { region, shown: Vec::new(), behind: None }
     }
 
     /// Distance from the background at a pixel of the frame; [`UNKNOWN`] outside the region.
@@ -110,17 +108,14 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
     let pixels = region.pixels();
     // Between fewer pixels than two by two nothing can be interpolated.
     if pixels == 0 || frame.width().min(frame.height()) < 2 {
-        let shown = vec![UNKNOWN; pixels];
-        return PlateDistances { region, still: false, shown, behind: None };
+        return PlateDistances { region, shown: vec![UNKNOWN; pixels], behind: None };
     }
     let frame = frame.cropped(region);
     let own = Box3::of(&frame);
     let mut shown = Smallest::new(pixels);
     let mut more = behind.then(|| (Smallest::new(pixels), MeanColour::new(pixels)));
     let mut distances = vec![0_u8; pixels];
-    let mut still = true;
     for (other, to_other) in others {
-        still &= to_other == Matrix3::identity();
         let warped = Warped::of(other, &to_other, region);
         compare(&frame, &own, &warped.image, &mut distances);
         // Both flags are UNKNOWN where they say no.
@@ -134,7 +129,7 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
         }
     }
     let behind = more.map(|(any, mean)| Behind { any: any.ranked(), colours: mean.colours() });
-    PlateDistances { region, still, shown: shown.ranked(), behind }
+    PlateDistances { region, shown: shown.ranked(), behind }
 }
 
 /// Sums of the background's colour at each pixel, and their number.
@@ -255,9 +250,6 @@ mod tests {
         assert!(plate.shown(13, 13) > 60, "{}", plate.shown(13, 13));
         assert!(plate.shown(20, 5) <= 1, "{}", plate.shown(20, 5));
         assert_eq!(plate.shown(0, 5), UNKNOWN, "no frame shows the left border");
-        assert!(!plate.still);
-        let at_rest = others.iter().map(|(o, _)| (o, Matrix3::identity()));
-        assert!(plate_distances(&frame, whole(w, h), at_rest, false).still);
     }
 
     proptest! {

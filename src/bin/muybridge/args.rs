@@ -316,16 +316,6 @@ pub(crate) enum Mirroring {
     Off,
 }
 
-impl From<Mirroring> for muybridge::shot::Mirroring {
-    fn from(mirroring: Mirroring) -> Self {
-        match mirroring {
-            Mirroring::Auto => Self::Auto,
-            Mirroring::On => Self::On,
-            Mirroring::Off => Self::Off,
-        }
-    }
-}
-
 /// What the ground's speed is taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Speed {

@@ -10,6 +10,7 @@ use muybridge::shot::{
 };
 use muybridge::work;
 
+use super::keys::mirroring;
 use super::{open, options, shown};
 use crate::Ending;
 use crate::args::{Animate, Method, Root, Speed};
@@ -57,7 +58,7 @@ fn take_flags(args: &Animate, shot: &mut Shot) -> anyhow::Result<()> {
         };
     }
     if let Some(mirror) = args.mirror {
-        animation.mirror = mirror.into();
+        animation.mirror = mirroring(mirror);
     }
     if let Some(fps) = args.fps {
         animation.fps = fps;

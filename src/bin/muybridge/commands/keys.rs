@@ -1,11 +1,11 @@
 //! `muybridge keys`.
 
-use muybridge::shot::{ExpectedDegrees, Shot, StoredKeys, paths};
+use muybridge::shot::{self, ExpectedDegrees, Shot, StoredKeys, paths};
 use muybridge::work;
 
 use super::{open, options, shown};
 use crate::Ending;
-use crate::args::Keys;
+use crate::args::{Keys, Mirroring};
 use crate::output::Output;
 use crate::terminal::Bars;
 use crate::usage;
@@ -50,9 +50,18 @@ fn take_flags(args: &Keys, shot: &mut Shot) -> anyhow::Result<()> {
         keys.time_limit_s = limit;
     }
     if let Some(mirror) = args.mirror {
-        shot.settings.animation.mirror = mirror.into();
+        shot.settings.animation.mirror = mirroring(mirror);
     }
     Ok(())
+}
+
+/// The flag `--mirror` as a setting.
+pub(crate) fn mirroring(flag: Mirroring) -> shot::Mirroring {
+    match flag {
+        Mirroring::Auto => shot::Mirroring::Auto,
+        Mirroring::On => shot::Mirroring::On,
+        Mirroring::Off => shot::Mirroring::Off,
+    }
 }
 
 pub(crate) fn text(keys: &StoredKeys, shot: &Shot) -> String {

@@ -7,6 +7,7 @@ use muybridge::synthetic::Gait;
 use muybridge::validate::{Settings, Shooting, Subject, Unsteady, Validation, validate};
 
 use super::analyze::named_gait;
+use super::keys::mirroring;
 use crate::Ending;
 use crate::args::{Method, Validate, View};
 use crate::output::Output;
@@ -27,7 +28,7 @@ pub(crate) fn execute(args: &Validate, output: &Output, bars: &Bars) -> anyhow::
             Method::Rbf => shot::Method::Rbf,
             Method::Switching => shot::Method::Switching,
         },
-        mirror: args.mirror.map_or(shot::Mirroring::Auto, Into::into),
+        mirror: args.mirror.map_or(shot::Mirroring::Auto, mirroring),
         band_pass: !args.raw,
         time_limit_s: 30.0,
     };
