@@ -63,6 +63,7 @@ export interface AnimationSummary {
   method: string;
   weight_range: [number, number];
   sum_range: [number, number];
+  exchanged_sides?: number[];
   retime: number;
   loop: { duration_s: number } | null;
   feet: { gait: string | null; warnings: string[] } | null;

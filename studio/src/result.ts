@@ -166,8 +166,8 @@ export function result(main: HTMLElement, inspector: HTMLElement): () => void {
 async function drawWeights(into: HTMLElement): Promise<() => void> {
   const table = parse(await api.text(store.opened.shot, WEIGHTS));
   const series = [...table.keys()]
-    .filter((c) => c.startsWith("key_") || c === "sum")
-    .map((c) => ({ name: c.replace("key_", "key "), values: column(table, c) }));
+    .filter((c) => /^(key|mirrored)_/.test(c) || c === "sum")
+    .map((c) => ({ name: c.replace("_", " "), values: column(table, c) }));
   const [plot, move] = overFrames(
     "The weight of each pose over the frames, and their sum",
     "weight, share of a pose",
@@ -185,6 +185,9 @@ function outcome(summary: AnimationSummary | null): (HTMLElement | null)[] {
   return [
     h("p", {}, `${frames} frames at ${Number(fps.toFixed(3))} a second, by ${method}; weights from ${low} to ${high}.`),
     feet?.gait ? h("p", {}, `The feet fall as in a ${feet.gait}.`) : null,
+    ...(summary.exchanged_sides ?? []).map((key) =>
+      h("p", { className: "warning" }, `The pose of key ${key} fits the others far better with left and right exchanged.`),
+    ),
     ...(feet?.warnings ?? []).map((text) => h("p", { className: "warning" }, text)),
   ];
 }
