@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::Changes;
+use super::changes::common_size;
 use super::gram::{InstructionSet, add_gram};
 use crate::error::{Error, Result};
 use crate::mask::{CroppedMask, Mask};
@@ -30,16 +31,7 @@ impl<'a> MaskBands<'a> {
     /// # Errors
     /// As [`Changes::of`].
     pub fn of(masks: &'a [&'a CroppedMask]) -> Result<Self> {
-        let Some((first, [_, ..])) = masks.split_first() else {
-            return Err(Error::TooFewMasks { frames: masks.len() });
-        };
-        let size = (first.width(), first.height());
-        for (frame, mask) in masks.iter().enumerate() {
-            let found = (mask.width(), mask.height());
-            if found != size {
-                return Err(Error::MaskSize { frame, found, expected: size });
-            }
-        }
+        let size = common_size(masks.iter().map(|m| (m.width(), m.height())))?;
         if masks.iter().all(|mask| mask.is_empty()) {
             return Err(Error::MasksEmpty { frames: masks.len() });
         }

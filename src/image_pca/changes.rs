@@ -47,16 +47,7 @@ impl Changes {
     /// [`Error::TooFewMasks`] with fewer than two masks, [`Error::MaskSize`] when sizes differ,
     /// [`Error::MasksEmpty`] when no mask has a pixel.
     pub fn of(masks: &[&Mask]) -> Result<Self> {
-        let Some((first, [_, ..])) = masks.split_first() else {
-            return Err(Error::TooFewMasks { frames: masks.len() });
-        };
-        let size = (first.width(), first.height());
-        for (frame, mask) in masks.iter().enumerate() {
-            let found = (mask.width(), mask.height());
-            if found != size {
-                return Err(Error::MaskSize { frame, found, expected: size });
-            }
-        }
+        let size = common_size(masks.iter().map(|m| (m.width(), m.height())))?;
         let changes = Self::packed(masks, size);
         if changes.words.is_empty() && changes.majority.iter().all(|&w| w == 0) {
             return Err(Error::MasksEmpty { frames: masks.len() });
@@ -167,4 +158,18 @@ fn tile_words(masks: &[&Mask], words: &[usize], majority: &[u64]) -> Vec<TileWor
         }
     }
     tile
+}
+/// The size of all masks of a clip.
+pub(super) fn common_size(
+    sizes: impl ExactSizeIterator<Item = (usize, usize)>,
+) -> Result<(usize, usize)> {
+    let frames = sizes.len();
+    let mut sizes = sizes.enumerate();
+    let (Some((_, size)), true) = (sizes.next(), frames > 1) else {
+        return Err(Error::TooFewMasks { frames });
+    };
+    match sizes.find(|(_, found)| *found != size) {
+        Some((frame, found)) => Err(Error::MaskSize { frame, found, expected: size }),
+        None => Ok(size),
+    }
 }

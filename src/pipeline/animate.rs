@@ -89,11 +89,11 @@ fn write(
     let Timed { values, fps, looped } = timing::timed(shot, table, frames.clone())?;
     let name = if settings.name.is_empty() { shot.name() } else { settings.name.clone() };
     let mut poses = KeyPoses::read(file, specs, shot.fps())?;
-    let mut exchanged_sides = Vec::new();
-    if table.mirrored > 0 {
-        exchanged_sides = mirror::doubted(shot, file, table, &poses)?;
-        mirror::exchanged(file, &mut poses)?;
-    }
+    let exchanged_sides = if table.mirrored > 0 {
+        mirror::exchanged(shot, file, table, &mut poses)?
+    } else {
+        Vec::new()
+    };
     let mut clip = blend(&name, fps, file.skeleton(), &poses, &values)?;
     if !options.progress.step(Stage::Animate, 1, Some(2)) {
         return Err(Error::Interrupted);

@@ -219,8 +219,7 @@ pub fn phase_weights(
 }
 
 /// The weights of all poses: of the keys, or with switching of keys and partners. The method
-/// `auto` switches where there are partners, and goes by the gait phase (`stride_cycles`, one
-/// entry a frame) where it is given.
+/// `auto` switches where there are partners. Over the gait phase they are [`phase_weights`].
 ///
 /// # Errors
 /// [`Error::Setting`] when switching is asked for without partners; as [`interpolate::weights`].
@@ -229,14 +228,9 @@ pub fn interpolation_weights(
     keys: &[usize],
     partners: &[usize],
     step_frames: f64,
-    stride_cycles: Option<&[f64]>,
     settings: &shot::Animation,
 ) -> Result<Weights> {
-    let method = resolved_method(settings.method, !partners.is_empty(), stride_cycles.is_some())?;
-    if let (shot::Method::Phase, Some(cycles)) = (method, stride_cycles) {
-        let poses: Vec<usize> = keys.iter().chain(partners).copied().collect();
-        return interpolate::weights_over_phase(cycles, &poses);
-    }
+    let method = resolved_method(settings.method, !partners.is_empty(), false)?;
     let kernel = KernelSettings {
         alpha: settings.alpha,
         ridge: settings.ridge,

@@ -1,5 +1,7 @@
 //! Whether the poses of a shot count twice: once as they are and once, half a stride later, with left and right exchanged.
 
+use std::path::PathBuf;
+
 use crate::error::{Error, Result};
 use crate::gait::Repeats;
 use crate::interpolate::exchanged_sides;
@@ -33,11 +35,14 @@ pub(super) fn counts_twice(shot: &Shot, diagnosis: &StoredDiagnosis, drifts: boo
     halves_alike(settings.animation.mirror, settings.analysis.gait, repeats, drifts)
 }
 
+/// The file of the shot's rig, where one is named and there.
+fn named_rig(shot: &Shot) -> Option<PathBuf> {
+    shot.settings.poses.rig.as_ref().map(|rig| shot.path(rig)).filter(|rig| rig.is_file())
+}
+
 /// What the mirror of a shot's rig depends on.
 pub(super) fn reads(shot: &Shot, reads: &mut Reads) -> Result<()> {
-    if let Some(rig) =
-        shot.settings.poses.rig.as_ref().map(|r| shot.path(r)).filter(|r| r.is_file())
-    {
+    if let Some(rig) = named_rig(shot) {
         reads.insert("rig".to_owned(), hash_file(&rig)?);
     }
     Ok(())
@@ -48,10 +53,7 @@ pub(super) fn reads(shot: &Shot, reads: &mut Reads) -> Result<()> {
 /// # Errors
 /// As the reading of the rig; [`Error::Setting`] when the mirror was asked for and the rig has none.
 pub(super) fn rig_has_one(shot: &Shot) -> Result<bool> {
-    let Some(rig) = shot.settings.poses.rig.as_ref().map(|r| shot.path(r)).filter(|r| r.is_file())
-    else {
-        return Ok(false);
-    };
+    let Some(rig) = named_rig(shot) else { return Ok(false) };
     match Mirror::of_file(&File::read(&rig)?)? {
         Ok(_) => Ok(true),
         Err(why) if shot.settings.animation.mirror == Mirroring::On => Err(refused(&why)),
@@ -65,25 +67,29 @@ pub(super) fn rig_has_one(shot: &Shot) -> Result<bool> {
     }
 }
 
-/// Adds to the poses the same with left and right exchanged, in the same order.
-///
-/// # Errors
-/// As [`rig_has_one`].
-pub(super) fn exchanged(file: &File, poses: &mut KeyPoses) -> Result<()> {
-    let mirror = Mirror::of_file(file)?.map_err(|why| refused(&why))?;
-    poses.add_mirrored(&mirror);
-    Ok(())
-}
-
-/// Keys whose pose was probably made with left and right exchanged; each is told of.
+/// Adds to the poses the same with left and right exchanged, in the same order. Returns the keys (from 1) whose pose was
+/// probably made the wrong way round; each is told of.
 ///
 /// # Errors
 /// As [`rig_has_one`], and for keys that cannot be read.
-pub(super) fn doubted(
+pub(super) fn exchanged(
+    shot: &Shot,
+    file: &File,
+    table: &WeightTable,
+    poses: &mut KeyPoses,
+) -> Result<Vec<usize>> {
+    let mirror = Mirror::of_file(file)?.map_err(|why| refused(&why))?;
+    let doubted = doubted(shot, file, table, poses, &mirror)?;
+    poses.add_mirrored(&mirror);
+    Ok(doubted)
+}
+
+fn doubted(
     shot: &Shot,
     file: &File,
     table: &WeightTable,
     poses: &KeyPoses,
+    mirror: &Mirror,
 ) -> Result<Vec<usize>> {
     let Some(phase) = shot.phase(table.frames())? else { return Ok(Vec::new()) };
     let frames = shot.keys(table.frames())?.key_frames();
@@ -91,8 +97,7 @@ pub(super) fn doubted(
         return Ok(Vec::new());
     }
     let cycles: Vec<f64> = frames.iter().map(|&f| phase.stride_cycles[f]).collect();
-    let mirror = Mirror::of_file(file)?.map_err(|why| refused(&why))?;
-    let found = exchanged_sides(&cycles, poses, file.skeleton(), &mirror)?;
+    let found = exchanged_sides(&cycles, poses, file.skeleton(), mirror)?;
     for &key in &found {
         tracing::warn!(
             key = key + 1,

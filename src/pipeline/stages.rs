@@ -366,7 +366,7 @@ pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable
             phase_weights(phase, &poses, settings.ridge, mirrored)?
         } else {
             let step = diagnosis.step_frames;
-            interpolation_weights(&coefficients, &keys, &partners, step, None, settings)?
+            interpolation_weights(&coefficients, &keys, &partners, step, settings)?
         };
         for &frame in found.phase_conflicts() {
             tracing::warn!(

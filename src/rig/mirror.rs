@@ -175,23 +175,8 @@ fn bind_pose(
             bound[joint].get_or_insert(placed * bind);
         }
     }
-    bound.iter().any(Option::is_some).then(|| {
-        let mut world = bound.clone();
-        for start in 0..rest.len() {
-            let mut chain = Vec::new();
-            let mut at = Some(start);
-            while let Some(node) = at.filter(|&n| world[n].is_none()) {
-                chain.push(node);
-                at = skeleton.nodes[node].parent;
-            }
-            for &node in chain.iter().rev() {
-                let above = skeleton.nodes[node].parent.and_then(|p| world[p]);
-                let own = skeleton.nodes[node].rest.matrix();
-                world[node] = Some(above.map_or(own, |m| m * own));
-            }
-        }
-        world.into_iter().map(|m| m.unwrap_or_else(Matrix4::identity)).collect()
-    })
+    let any = bound.iter().any(Option::is_some);
+    any.then(|| skeleton.completed(&skeleton.rest_pose(), bound))
 }
 
 /// A pose in which the sides are looked for.

@@ -102,7 +102,18 @@ impl Skeleton {
     #[must_use]
     pub fn world_matrices(&self, pose: &Pose) -> Vec<Matrix4<f64>> {
         assert_eq!(pose.nodes.len(), self.nodes.len(), "one transform a node");
-        let mut world: Vec<Option<Matrix4<f64>>> = vec![None; self.nodes.len()];
+        self.completed(pose, vec![None; self.nodes.len()])
+    }
+
+    /// World matrices of which some are known; the other nodes hang on theirs as they are posed.
+    ///
+    /// # Panics
+    /// When the hierarchy has a cycle.
+    pub(super) fn completed(
+        &self,
+        pose: &Pose,
+        mut world: Vec<Option<Matrix4<f64>>>,
+    ) -> Vec<Matrix4<f64>> {
         for start in 0..self.nodes.len() {
             // Parents may come after their children in a file: walk up to the first known
             // ancestor, then come back down.

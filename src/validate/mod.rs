@@ -357,14 +357,9 @@ impl Scene<'_> {
             (Method::Phase, Some(phase)) => {
                 phase_weights(phase, &run.posed, animation.ridge, self.mirror.is_some())?
             }
-            _ => interpolation_weights(
-                self.coefficients,
-                own,
-                others,
-                self.step_frames,
-                None,
-                &animation,
-            )?,
+            _ => {
+                interpolation_weights(self.coefficients, own, others, self.step_frames, &animation)?
+            }
         };
         let posed = weights.poses() - weights.mirrored();
         let mut poses = self.truth.key_poses(&run.posed[..posed]);
