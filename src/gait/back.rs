@@ -4,6 +4,10 @@
 //! that the silhouette's strongest line is the stride, the back still shows two steps in it; over
 //! a period that is a step, it goes up and down once. (So it does over the stride of a gallop:
 //! that it bobs once says nothing.)
+//!
+//! A trunk also rocks: from end to end as some animals walk, and from side to side, which is what is seen from ahead.
+//! Both happen once a stride and hide the steps in any one column, but leave the middle of the trunk where it is. So
+//! whether there are two steps is asked of the middle ([`middle`]), the mean over the columns.
 
 use super::Clip;
 use super::cycle::Fitted;
@@ -28,6 +32,12 @@ pub(super) struct SecondOverFirst {
     pub(super) at_least: f64,
     /// At the most; infinite where the first line may be nothing but noise.
     pub(super) at_most: f64,
+}
+
+/// The height of the trunk's middle: the mean over the columns.
+pub(super) fn middle(rows: &Coefficients) -> Option<Coefficients> {
+    let mean = |t: usize| rows.point(t).iter().sum::<f64>() / rows.components() as f64;
+    Coefficients::from_rows(rows.frames(), 1, (0..rows.frames()).map(mean).collect())
 }
 
 /// Compares the lines. `rows` are frames × columns, in frames that are not seen without meaning.

@@ -101,20 +101,29 @@ fn half_the_frequency_is_seen_only_where_it_is() {
     }
 }
 
-/// The back over a stride, at three places: `once` pixels once a stride, `twice` twice, on a slope.
-fn planted_back(phases: &[f64], once: f64, twice: f64, noise: f64, seed: u64) -> Coefficients {
-    let mut draw = noise_source(seed);
-    let rows: Vec<f64> = phases
-        .iter()
-        .flat_map(|p| {
-            [0.0, 0.2, 0.5].map(|place| {
-                let (first, second) = (TAU * (p + place), TAU * (2.0 * p + 0.3 * place));
-                80.0 + 3.0 * p + once * first.cos() + twice * second.cos()
-            })
-        })
-        .map(|v| v + noise * draw())
-        .collect();
-    Coefficients::from_rows(phases.len(), 3, rows).unwrap()
+/// The back over a stride, at three places: its middle goes up and down `once` pixels once a stride and `twice` twice, on a
+/// slope; its ends rock about the middle by `rocks` once a stride.
+#[derive(Clone, Copy)]
+struct Back {
+    once: f64,
+    twice: f64,
+    rocks: f64,
+    noise: f64,
+}
+
+impl Back {
+    fn planted(self, phases: &[f64], seed: u64) -> Coefficients {
+        let mut draw = noise_source(seed);
+        let height = |p: f64, place: f64| {
+            let first = self.once * (TAU * p).cos() + self.rocks * place * (TAU * p + 1.0).cos();
+            80.0 + 3.0 * p + first + self.twice * (2.0 * TAU * p + 0.3).cos()
+        };
+        let rows: Vec<f64> = (phases.iter())
+            .flat_map(|p| [-1.0, 0.0, 1.0].map(|place| height(*p, place)))
+            .map(|v| v + self.noise * draw())
+            .collect();
+        Coefficients::from_rows(phases.len(), 3, rows).unwrap()
+    }
 }
 
 #[test]
@@ -125,26 +134,35 @@ fn a_back_that_bobs_twice_in_the_period_tells_the_stride_from_the_step() {
     let halved: Vec<f64> = truth.iter().map(|p| p / 2.0).collect();
     for seed in 0..8 {
         let scores = planted(&halved, 0.0, 0.1, seed);
-        let measure = |symmetry: Symmetry, once: f64, twice: f64, noise: f64| {
-            let back = planted_back(&truth, once, twice, noise, seed + 100);
+        let measure = |symmetry: Symmetry, back: Back| {
+            let back = back.planted(&truth, seed + 100);
             let (used, back) = ([true; 100], Some(&back));
             GaitPhase::measure_with_back(&scores, &SHARES, &used, symmetry, None, back).unwrap()
         };
-        let found = measure(Symmetry::Unknown, 1.0, 2.0, 0.3);
+        let twice = Back { once: 1.0, twice: 2.0, rocks: 0.0, noise: 0.3 };
+        let found = measure(Symmetry::Unknown, twice);
         assert_eq!(found.stride.repeats, Repeats::EveryStride);
         assert!((found.stride_frames() - 24.3).abs() < 0.05, "{}", found.stride_frames());
+        let repeats = |symmetry: Symmetry, back: Back| measure(symmetry, back).stride.repeats;
+        // The trunk rocks more than it bobs: in each column but the middle one the first line is the greater by far.
+        let rocking = Back { once: 0.4, twice: 1.0, rocks: 4.0, noise: 0.3 };
+        assert_eq!(repeats(Symmetry::Unknown, rocking), Repeats::EveryStride);
+        assert_eq!(repeats(Symmetry::Symmetric, rocking), Repeats::EveryStride);
+        let only_rocking = Back { once: 2.0, twice: 0.4, ..rocking };
+        assert_eq!(repeats(Symmetry::Unknown, only_rocking), Repeats::Unknown);
         // It bobs once: a gallop's stride, or the step of a walk. The name says which.
-        let repeats = |symmetry: Symmetry, once: f64, twice: f64, noise: f64| {
-            measure(symmetry, once, twice, noise).stride.repeats
-        };
-        assert_eq!(repeats(Symmetry::Unknown, 2.0, 0.5, 0.3), Repeats::Unknown);
-        assert_eq!(repeats(Symmetry::Symmetric, 2.0, 0.5, 0.3), Repeats::EveryStep);
-        assert_eq!(repeats(Symmetry::Asymmetric, 2.0, 0.5, 0.3), Repeats::EveryStride);
+        let once = Back { once: 2.0, twice: 0.5, ..twice };
+        assert_eq!(repeats(Symmetry::Unknown, once), Repeats::Unknown);
+        assert_eq!(repeats(Symmetry::Symmetric, once), Repeats::EveryStep);
+        assert_eq!(repeats(Symmetry::Asymmetric, once), Repeats::EveryStride);
         // In between it says nothing, and in noise neither.
-        assert_eq!(repeats(Symmetry::Unknown, 2.0, 1.0, 0.3), Repeats::Unknown);
-        assert_eq!(repeats(Symmetry::Symmetric, 2.0, 1.0, 0.3), Repeats::EveryStride);
-        assert_eq!(repeats(Symmetry::Unknown, 0.0, 0.3, 1.5), Repeats::Unknown);
-        assert_eq!(repeats(Symmetry::Symmetric, 0.0, 0.0, 1.5), Repeats::EveryStride);
+        let between = Back { once: 2.0, twice: 1.0, ..twice };
+        assert_eq!(repeats(Symmetry::Unknown, between), Repeats::Unknown);
+        assert_eq!(repeats(Symmetry::Symmetric, between), Repeats::EveryStride);
+        let drowned = Back { once: 0.0, twice: 0.3, rocks: 0.0, noise: 2.6 };
+        assert_eq!(repeats(Symmetry::Unknown, drowned), Repeats::Unknown);
+        let nothing = Back { twice: 0.0, ..drowned };
+        assert_eq!(repeats(Symmetry::Symmetric, nothing), Repeats::EveryStride);
     }
 }
 

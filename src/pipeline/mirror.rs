@@ -16,9 +16,10 @@ pub fn halves_alike(setting: Mirroring, gait: Gait, repeats: Repeats, drifts: bo
     match setting {
         Mirroring::On => true,
         Mirroring::Off => false,
-        // Named so, or seen to take two steps: of an unnamed gait nothing else tells a step or a stride.
+        // Named so, or seen to do every step alike but for its side. A back that bobs twice a stride tells the stride of an
+        // unnamed gait, not that its steps are alike: a fast gallop's does too, in both of its flights.
         Mirroring::Auto => {
-            let alike = gait.is_symmetric().unwrap_or(repeats != Repeats::Unknown);
+            let alike = gait.is_symmetric().unwrap_or(repeats == Repeats::EveryStep);
             alike && !drifts
         }
     }
@@ -122,7 +123,7 @@ mod tests {
         assert!(auto(Gait::Walk, Repeats::EveryStride, false));
         assert!(auto(Gait::Unknown, Repeats::EveryStep, false));
         assert!(!auto(Gait::Unknown, Repeats::Unknown, false));
-        assert!(auto(Gait::Unknown, Repeats::EveryStride, false));
+        assert!(!auto(Gait::Unknown, Repeats::EveryStride, false));
         assert!(!auto(Gait::Gallop, Repeats::EveryStep, false));
         assert!(!auto(Gait::Trot, Repeats::EveryStep, true));
         assert!(halves_alike(Mirroring::On, Gait::Gallop, Repeats::Unknown, true));
