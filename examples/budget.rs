@@ -126,6 +126,7 @@ fn points(data: &Path) -> anyhow::Result<Vec<Point>> {
                 gait,
                 method: Method::Phase,
                 mirror: Mirroring::Auto,
+                amplitude: true,
                 band_pass: true,
                 time_limit_s: 5.0,
             };

@@ -17,7 +17,7 @@ use muybridge::feet::{
 };
 use muybridge::interpolate::{Seam, blend, evened, loop_frames, seamless, smoothest_start};
 use muybridge::keys::KeySettings;
-use muybridge::pipeline::{Trends, analyse_masks, keys_by_phase, phase_weights};
+use muybridge::pipeline::{OverPhase, Trends, analyse_masks, keys_by_phase, phase_weights};
 use muybridge::rig::{Clip, File, Pose};
 use muybridge::spectrum::{Gait, Settings};
 use muybridge::validate::{Shooting, Subject, Truth, Unsteady};
@@ -149,7 +149,7 @@ fn looped(path: &Path, clip: &str, gait: Gait, strides: usize) -> anyhow::Result
     let phase = found.phase_table().context("no phase")?;
     let wanted = KeySettings { keys: 8, ..KeySettings::default() };
     let keys = keys_by_phase(&phase, &wanted, false)?;
-    let weights = phase_weights(&phase, &keys.frames, 0.0, false)?;
+    let weights = phase_weights(&phase, &keys.frames, OverPhase::default())?;
     let clock = evened(&phase.stride_cycles);
     let frames = loop_frames(&clock, strides).context("too short")?.round().max(2.0);
     let values = weights.values();

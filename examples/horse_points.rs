@@ -22,7 +22,7 @@ use muybridge::interpolate::weights_over_phase;
 use muybridge::keys::KeySettings;
 use muybridge::mask::Mask;
 use muybridge::numeric::{Coefficients, Harmonics};
-use muybridge::pipeline::{Trends, analyse_masks, keys_by_phase, phase_weights};
+use muybridge::pipeline::{OverPhase, Trends, analyse_masks, keys_by_phase, phase_weights};
 use muybridge::spectrum::{Gait, Settings};
 
 #[path = "common/mod.rs"]
@@ -87,7 +87,8 @@ fn main() -> anyhow::Result<()> {
     let legs = Legs::of(&parts, Scale::Steady);
     let wanted = KeySettings { keys: KEYS, exclude: legs.unsure(), ..KeySettings::default() };
     let chosen = keys_by_phase(&phase, &wanted, false)?;
-    let weights = phase_weights(&phase, &chosen.frames, ridge, false)?;
+    let weights =
+        phase_weights(&phase, &chosen.frames, OverPhase { ridge, ..OverPhase::default() })?;
     println!("the view drifts: {}", phase.drifts());
     println!("keys {:?}", chosen.frames);
     let mean = legs.mean_error();
@@ -252,7 +253,7 @@ impl Legs {
     }
 
     fn error_over(&self, cycles: &[f64], keys: &[usize]) -> anyhow::Result<f64> {
-        let weights = weights_over_phase(cycles, keys)?;
+        let weights = weights_over_phase(cycles, &[], keys)?;
         let rows: Vec<Vec<f64>> = (0..self.frames).map(|t| weights.row(t).to_vec()).collect();
         Ok(self.error(keys, &rows))
     }

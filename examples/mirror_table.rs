@@ -53,8 +53,8 @@ fn mean(
     for offset in 0..OFFSETS {
         let keys = keys(offset as f64 / OFFSETS as f64);
         let weights: Weights = match mirror {
-            Some(_) => weights_over_mirrored(&truth.phases_cycles, &keys)?,
-            None => weights_over_phase(&truth.phases_cycles, &keys)?,
+            Some(_) => weights_over_mirrored(&truth.phases_cycles, &[], &keys)?,
+            None => weights_over_phase(&truth.phases_cycles, &[], &keys)?,
         };
         let mut poses = truth.key_poses(&keys);
         if let Some(mirror) = mirror {

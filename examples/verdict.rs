@@ -179,6 +179,7 @@ fn judge(run: Run) -> anyhow::Result<Judged> {
         gait,
         method: Method::Auto,
         mirror: Mirroring::Auto,
+        amplitude: true,
         band_pass: true,
         time_limit_s: 5.0,
     };

@@ -16,6 +16,7 @@
 //!    the frames, its stiffness chosen by its own evidence, frames that do not fit the cycle
 //!    weighted down.
 
+mod amplitude;
 mod back;
 mod carrier;
 mod cycle;
@@ -53,6 +54,8 @@ pub struct GaitPhase {
     pub deviation_cycles: Vec<f64>,
     /// How well each frame fits the cycle, 0 (not at all, or not seen) to 1.
     pub trust: Vec<f64>,
+    /// Size of the motion about each frame over the mean; 1 throughout until [`GaitPhase::with_amplitude`] measures it.
+    pub amplitude: Vec<f64>,
     /// The scores over the stride, each component times the root of its share of the variance.
     pub cycle: Harmonics,
     /// Share of the variance of all components that the cycle explains, with the unknowns of the fit
@@ -116,6 +119,7 @@ impl GaitPhase {
             explained_share: explained_share(&clip, &fitted),
             stride_cycles: fitted.phase,
             deviation_cycles: fitted.deviation,
+            amplitude: vec![1.0; fitted.trust.len()],
             trust: fitted.trust,
             cycle: fitted.series,
             repeat_frames: (clip.frames() - 1) as f64 / turns.max(f64::MIN_POSITIVE),

@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use super::*;
 
 /// A deterministic stand-in for Gaussian noise: the sum of uniform numbers, unit deviation.
-fn noise_source(seed: u64) -> impl FnMut() -> f64 {
+pub(super) fn noise_source(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(2).wrapping_add(1);
     move || {
         let sum: f64 = (0..12)
@@ -18,7 +18,7 @@ fn noise_source(seed: u64) -> impl FnMut() -> f64 {
 
 /// Six components of a planted stride: even lines 2, 4, 6 and odd lines 1, 3, 5 scaled by `odd`,
 /// component 1 constant in the even lines (so the plane is not that of components 1 and 2).
-fn planted(phases: &[f64], odd: f64, noise: f64, seed: u64) -> Coefficients {
+pub(super) fn planted(phases: &[f64], odd: f64, noise: f64, seed: u64) -> Coefficients {
     let mut draw = noise_source(seed);
     let rows: Vec<f64> = phases
         .iter()
@@ -38,13 +38,13 @@ fn planted(phases: &[f64], odd: f64, noise: f64, seed: u64) -> Coefficients {
 }
 
 /// Root mean square of the difference of two phases, up to a constant, over one unit of phase.
-fn phase_error(found: &[f64], truth: &[f64]) -> f64 {
+pub(super) fn phase_error(found: &[f64], truth: &[f64]) -> f64 {
     let off: Vec<f64> = found.iter().zip(truth).map(|(a, b)| a - b).collect();
     let mean = off.iter().sum::<f64>() / off.len() as f64;
     (off.iter().map(|o| (o - mean).powi(2)).sum::<f64>() / off.len() as f64).sqrt()
 }
 
-fn steady(frames: usize, stride_frames: f64) -> Vec<f64> {
+pub(super) fn steady(frames: usize, stride_frames: f64) -> Vec<f64> {
     (0..frames).map(|t| t as f64 / stride_frames).collect()
 }
 

@@ -110,6 +110,11 @@ impl CroppedMask {
         }
     }
 
+    /// Column and row of the first pixel within the bounds, and the pixels within them.
+    pub(super) fn part(&self) -> ((usize, usize), &Mask) {
+        (self.corner, &self.inside)
+    }
+
     /// The mask with the picture about it.
     #[must_use]
     pub fn to_mask(&self) -> Mask {

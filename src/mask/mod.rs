@@ -7,9 +7,11 @@ mod morphology;
 mod packed;
 mod png;
 mod png_rows;
+mod reach;
 mod stroke;
 
 pub use components::{Component, Connectivity, components, linked_components};
 pub use cropped::CroppedMask;
 pub use packed::{Bounds, Mask};
+pub use reach::Reach;
 pub use stroke::default_stroke_radius_px;

@@ -186,6 +186,12 @@ impl Harmonics {
         }
     }
 
+    /// The mean of each component over the cycle.
+    #[must_use]
+    pub fn mean(&self) -> DVector<f64> {
+        self.coefficients.row(0).transpose()
+    }
+
     /// Values of all components and their derivatives by the phase (per cycle).
     #[must_use]
     pub fn at(&self, phase_cycles: f64) -> (DVector<f64>, DVector<f64>) {

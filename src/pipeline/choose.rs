@@ -198,24 +198,30 @@ pub fn choose_by_phase(
 const BUDGET: std::ops::RangeInclusive<usize> = 2..=12;
 
 /// The weights of poses at the given frames over the gait phase, and over the drift of the view where there is one. The
-/// drift's are those of the ridge, the phase's alone do without. `mirrored`: of the poses and then of the same with left
-/// and right exchanged.
+/// drift's are those of the ridge, the phase's alone do without, and are larger and smaller as the strides are.
 ///
 /// # Errors
 /// As [`interpolate::weights_over_phase`].
-pub fn phase_weights(
-    phase: &shot::PhaseTable,
-    poses: &[usize],
-    ridge: f64,
-    mirrored: bool,
-) -> Result<Weights> {
-    if mirrored {
-        interpolate::weights_over_mirrored(&phase.stride_cycles, poses)
+pub fn phase_weights(phase: &shot::PhaseTable, poses: &[usize], how: OverPhase) -> Result<Weights> {
+    let amplitude = if how.amplitude { &phase.amplitude[..] } else { &[] };
+    if how.mirrored {
+        interpolate::weights_over_mirrored(&phase.stride_cycles, amplitude, poses)
     } else if phase.drifts() {
-        interpolate::weights_over_drift(&phase.stride_cycles, &phase.drift, poses, ridge)
+        interpolate::weights_over_drift(&phase.stride_cycles, &phase.drift, poses, how.ridge)
     } else {
-        interpolate::weights_over_phase(&phase.stride_cycles, poses)
+        interpolate::weights_over_phase(&phase.stride_cycles, amplitude, poses)
     }
+}
+
+/// How poses are weighted over the gait phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OverPhase {
+    /// How much the poses are doubted where the view drifts, as a share of the motion's variance.
+    pub ridge: f64,
+    /// Weights of the poses and then of the same with left and right exchanged.
+    pub mirrored: bool,
+    /// Poses grow and shrink as the strides are seen to.
+    pub amplitude: bool,
 }
 
 /// The weights of all poses: of the keys, or with switching of keys and partners. The method

@@ -28,8 +28,8 @@ mod view_drift;
 pub use analysis::{MaskAnalysis, MaskClip, Trends, analyse_masks};
 pub use animate::{AnimationResult, animate};
 pub use choose::{
-    Chosen, KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, keys_by_phase,
-    phase_weights, resolved_method, time_order,
+    Chosen, KeyRequest, KeysOnPhase, OverPhase, choose, choose_by_phase, interpolation_weights,
+    keys_by_phase, phase_weights, resolved_method, time_order,
 };
 pub use demo::{demo, pose_from_truth};
 pub use drift::ShapeDrift;

@@ -132,6 +132,7 @@ pub(super) fn lengthened(gait: GaitPhase, first: usize, frames: usize) -> GaitPh
     GaitPhase {
         stride_cycles: spread(&gait.stride_cycles),
         deviation_cycles: spread(&gait.deviation_cycles),
+        amplitude: spread(&gait.amplitude),
         trust: (0..frames).map(|t| if inside(t) { gait.trust[t - first] } else { 0.0 }).collect(),
         ..gait
     }

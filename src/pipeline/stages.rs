@@ -2,8 +2,8 @@
 
 use super::analysis::{MaskAnalysis, MaskClip, Trends};
 use super::choose::{
-    KeyRequest, KeysOnPhase, choose, choose_by_phase, interpolation_weights, phase_weights,
-    resolved_method,
+    KeyRequest, KeysOnPhase, OverPhase, choose, choose_by_phase, interpolation_weights,
+    phase_weights, resolved_method,
 };
 use super::mirror;
 use super::segment::segment;
@@ -149,6 +149,7 @@ fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
             contradicts_gait: g.stride.contradicts_gait,
             explained_share: g.explained_share,
             sweep: found.sweep(),
+            amplitude_range: range(&g.amplitude[found.frames.clone()]),
         }),
         stride_candidates_hz: [rhythm.step_hz / 2.0, rhythm.step_hz],
         half_amplitude_hz: spectral.peak.fb_hz,
@@ -177,6 +178,13 @@ fn stored_diagnosis(found: &MaskAnalysis, fps: f64) -> StoredDiagnosis {
         bad_frames: found.frames.clone().filter(|&t| !found.used[t]).collect(),
         segments: stored_segments(found),
     }
+}
+
+/// The least and the greatest value; of nothing 1 twice.
+fn range(values: &[f64]) -> [f64; 2] {
+    let wider = |ends: [f64; 2], v: &f64| [ends[0].min(*v), ends[1].max(*v)];
+    let first = values.first().copied().unwrap_or(1.0);
+    values.iter().fold([first; 2], wider)
 }
 
 fn spectrum_csv(found: &MaskAnalysis) -> String {
@@ -363,7 +371,8 @@ pub fn weights(shot: &Shot, options: Options) -> Result<(StoredKeys, WeightTable
             let mirrored = partners.is_empty()
                 && mirror::counts_twice(shot, &diagnosis, phase.drifts())
                 && mirror::rig_has_one(shot)?;
-            phase_weights(phase, &poses, settings.ridge, mirrored)?
+            let how = OverPhase { ridge: settings.ridge, mirrored, amplitude: settings.amplitude };
+            phase_weights(phase, &poses, how)?
         } else {
             let step = diagnosis.step_frames;
             interpolation_weights(&coefficients, &keys, &partners, step, settings)?
@@ -408,7 +417,7 @@ pub(super) fn weights_reads(shot: &Shot) -> Result<Reads> {
 /// The settings of `[animation]` that weights depend on.
 fn weight_settings(shot: &Shot) -> impl serde::Serialize + use<> {
     let a = &shot.settings.animation;
-    (a.method, a.mirror, a.alpha, a.ridge, a.clamp, a.normalize, a.start_model)
+    (a.method, a.mirror, a.amplitude, a.alpha, a.ridge, a.clamp, a.normalize, a.start_model)
 }
 
 fn step(options: Options, stage: Stage, done: usize, total: usize) -> Result<()> {

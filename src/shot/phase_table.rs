@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 use crate::gait::GaitPhase;
 use crate::numeric::Harmonics;
 
+const COLUMNS: [&str; 7] =
+    ["frame", "time_s", "stride_cycles", "deviation_cycles", "trust", "drift", "amplitude"];
+
 /// What keys and interpolation need of the gait phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseTable {
@@ -24,6 +27,8 @@ pub struct PhaseTable {
     /// How far the view has drifted at each frame, in standard deviations over the clip; 0 throughout where it does
     /// not drift.
     pub drift: Vec<f64>,
+    /// Size of the motion about each frame over the mean.
+    pub amplitude: Vec<f64>,
 }
 
 impl PhaseTable {
@@ -36,6 +41,7 @@ impl PhaseTable {
             trust: phase.trust.clone(),
             cycle: phase.cycle.clone(),
             drift: vec![0.0; phase.stride_cycles.len()],
+            amplitude: phase.amplitude.clone(),
         }
     }
 
@@ -45,10 +51,9 @@ impl PhaseTable {
         self.drift.iter().any(|d| *d != 0.0)
     }
 
-    /// One row a frame: frame, `time_s`, `stride_cycles`, `deviation_cycles`, trust, drift.
+    /// One row a frame: frame, `time_s`, `stride_cycles`, `deviation_cycles`, trust, drift, amplitude.
     #[must_use]
     pub fn frames_csv(&self, fps: f64) -> String {
-        let header = ["frame", "time_s", "stride_cycles", "deviation_cycles", "trust", "drift"];
         let rows = (0..self.stride_cycles.len()).map(|t| {
             vec![
                 t.to_string(),
@@ -57,9 +62,10 @@ impl PhaseTable {
                 number(self.deviation_cycles[t]),
                 number(self.trust[t]),
                 number(self.drift[t]),
+                number(self.amplitude[t]),
             ]
         });
-        table(&header.map(str::to_owned), rows)
+        table(&COLUMNS.map(str::to_owned), rows)
     }
 
     /// One row a harmonic: its number, then cosine and sine of each component.
@@ -81,9 +87,10 @@ impl PhaseTable {
 
     fn from_csv(frames: (&Path, &[u8]), cycle: (&Path, &[u8])) -> Result<Self> {
         let rows = numbers(frames.0, frames.1)?;
-        if rows.first().is_none_or(|r| r.len() != 6) {
-            let what = "columns are frame, time_s, stride_cycles, deviation_cycles, trust, drift";
-            return Err(Error::table(frames.0, 1, what));
+        // A table without the last column is one from before amplitudes were measured.
+        let columns = rows.first().map_or(0, Vec::len);
+        if !(COLUMNS.len() - 1..=COLUMNS.len()).contains(&columns) {
+            return Err(Error::table(frames.0, 1, &format!("columns are {}", COLUMNS.join(", "))));
         }
         let harmonics: Vec<(Vec<f64>, Vec<f64>)> = numbers(cycle.0, cycle.1)?
             .iter()
@@ -99,8 +106,14 @@ impl PhaseTable {
                 Error::table(cycle.0, 2, "every harmonic has a cosine and a sine of each component")
             })?;
         let column = |at: usize| rows.iter().map(|r| r[at]).collect::<Vec<f64>>();
+        let amplitude = if columns == COLUMNS.len() { column(6) } else { vec![1.0; rows.len()] };
+        let bad = |a: &f64| !(*a > 0.0 && a.is_finite());
+        if let Some(row) = amplitude.iter().position(bad) {
+            return Err(Error::table(frames.0, row + 2, "an amplitude is a number over 0"));
+        }
         let (stride_cycles, deviation_cycles) = (column(2), column(3));
-        Ok(Self { stride_cycles, deviation_cycles, trust: column(4), cycle, drift: column(5) })
+        let (trust, drift) = (column(4), column(5));
+        Ok(Self { stride_cycles, deviation_cycles, trust, cycle, drift, amplitude })
     }
 }
 
@@ -141,6 +154,7 @@ mod tests {
             trust: vec![1.0, 0.0, 0.5],
             cycle: cycle.unwrap(),
             drift: vec![-1.2, 0.0, 1.0 / 3.0],
+            amplitude: vec![1.0, 0.9, 1.1],
         };
         let path = Path::new("phase.csv");
         let (frames, cycle) = (table.frames_csv(24.0), table.cycle_csv());
@@ -148,6 +162,13 @@ mod tests {
             |f: &str, c: &str| PhaseTable::from_csv((path, f.as_bytes()), (path, c.as_bytes()));
         assert_eq!(read(&frames, &cycle).unwrap(), table);
         assert!(read("frame,trust\n1,2\n", &cycle).is_err());
+        assert!(read(&frames.replace(",0.9\n", ",0\n"), &cycle).is_err());
+        // A table from before there were amplitudes.
+        let older: String = (frames.lines())
+            .filter_map(|line| line.rsplit_once(','))
+            .flat_map(|(rest, _)| [rest, "\n"])
+            .collect();
+        assert_eq!(read(&older, &cycle).unwrap().amplitude, [1.0; 3]);
         assert!(read(&frames, "harmonic\n").is_err());
     }
 }

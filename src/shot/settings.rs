@@ -284,6 +284,8 @@ pub struct Animation {
     pub method: Method,
     /// Whether poses are used with left and right exchanged too, half a stride later.
     pub mirror: Mirroring,
+    /// Whether poses grow and shrink as the strides are seen to, over the phase.
+    pub amplitude: bool,
     /// Width of the Gaussian, equation 15.
     pub alpha: f64,
     /// Added to the diagonal of H.
@@ -310,6 +312,7 @@ impl Default for Animation {
             name: String::new(),
             method: Method::Auto,
             mirror: Mirroring::Auto,
+            amplitude: true,
             alpha: std::f64::consts::LN_2,
             ridge: 0.0,
             clamp: false,
@@ -542,6 +545,10 @@ pub(super) const COMMENTS: &[(&str, &str)] = &[
     (
         "animation.mirror",
         "Use every pose with left and right exchanged too, half a stride later: auto (symmetric gaits, over the phase), on, off. Keys are chosen for it.",
+    ),
+    (
+        "animation.amplitude",
+        "Poses grow and shrink as the strides are seen to, over the phase (the column amplitude of analysis/phase.csv).",
     ),
     (
         "animation.alpha",

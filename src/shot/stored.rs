@@ -135,6 +135,14 @@ pub struct StoredStride {
     /// Variance of the pixels that it explains over the animal's area: how far the outline moves.
     #[serde(default)]
     pub sweep: Option<f64>,
+    /// Least and greatest size of the motion about a frame over the mean; both 1 of strides that are alike as far
+    /// as can be seen.
+    #[serde(default = "alike")]
+    pub amplitude_range: [f64; 2],
+}
+
+fn alike() -> [f64; 2] {
+    [1.0; 2]
 }
 
 /// The trend of scale in `diagnosis.json`.

@@ -22,6 +22,7 @@ mod location;
 mod occlusions;
 mod outline;
 mod plate;
+mod reach;
 mod resemblance;
 mod scale;
 mod scale_trend;

@@ -24,8 +24,8 @@ use crate::interpolate::blend;
 use crate::keys::{ExpectedDegrees, KeySettings};
 use crate::numeric::Coefficients;
 use crate::pipeline::{
-    KeyRequest, Trends, analyse_masks, choose, halves_alike, interpolation_weights, keys_by_phase,
-    phase_weights, resolved_method,
+    KeyRequest, OverPhase, Trends, analyse_masks, choose, halves_alike, interpolation_weights,
+    keys_by_phase, phase_weights, resolved_method,
 };
 use crate::rig::{Mirror, NodePose, Pose, mean_rotation};
 use crate::shot::{Animation, Method, Mirroring, PhaseTable};
@@ -59,6 +59,8 @@ pub struct Settings {
     pub method: Method,
     /// Whether poses are used with left and right exchanged too; it takes a rig that has a left and a right.
     pub mirror: Mirroring,
+    /// Whether poses grow and shrink as the strides are seen to.
+    pub amplitude: bool,
     /// Band-passed scores, or raw ones.
     pub band_pass: bool,
     /// Seconds the proof of a key set may take.
@@ -254,6 +256,9 @@ fn check(settings: &Settings) -> Result<()> {
     let unsteady = &shooting.unsteady;
     within("--speed-drift", unsteady.speed_drift.abs() <= 1.0, "is -1 to 1")?;
     within("--stride-variation", (0.0..=0.3).contains(&unsteady.stride_variation), "is 0 to 0.3")?;
+    let varies = unsteady.amplitude_variation;
+    within("--amplitude-variation", (0.0..=0.3).contains(&varies), "is 0 to 0.3")?;
+    within("--amplitude-drift", unsteady.amplitude_drift.abs() <= 1.0, "is -1 to 1")?;
     within("--broken-masks", (0.0..=1.0).contains(&unsteady.broken_masks), "is 0 to 1")?;
     within("--yaw", shooting.yaw_rad.is_finite(), "is an angle in degrees")?;
     let counts = |list: &[usize], most: usize| {
@@ -355,7 +360,12 @@ impl Scene<'_> {
         let animation = Animation { method, ..Animation::default() };
         let weights = match (method, self.phase) {
             (Method::Phase, Some(phase)) => {
-                phase_weights(phase, &run.posed, animation.ridge, self.mirror.is_some())?
+                let how = OverPhase {
+                    ridge: animation.ridge,
+                    mirrored: self.mirror.is_some(),
+                    amplitude: settings.amplitude,
+                };
+                phase_weights(phase, &run.posed, how)?
             }
             _ => {
                 interpolation_weights(self.coefficients, own, others, self.step_frames, &animation)?

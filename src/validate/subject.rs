@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -10,7 +10,10 @@ use rayon::prelude::*;
 use super::unsteady::Unsteady;
 use crate::error::Result;
 use crate::mask::Mask;
-use crate::rig::{Driven, File, KeyPoses, Model, Pose};
+use crate::rig::{
+    Driven, File, KeyPoses, Model, NodePose, Pose, mean_rotation, rotation_from_vector,
+    rotation_vector,
+};
 use crate::synthetic::{
     Camera, Gait, IN_PLANE_ANGLES, Projection, View, edge_noise, horse, silhouette,
 };
@@ -69,8 +72,15 @@ impl Truth {
     /// # Errors
     /// When the rig cannot be read or has no such clip.
     pub fn of(subject: &Subject, shooting: &Shooting) -> Result<Self> {
-        let phases =
-            shooting.unsteady.phases(shooting.frames, shooting.frames_per_cycle, shooting.seed);
+        let unsteady = &shooting.unsteady;
+        let phases = unsteady.phases(shooting.frames, shooting.frames_per_cycle, shooting.seed);
+        let sizes = unsteady.amplitudes(&phases, shooting.seed);
+        let mut found = Self::of_phases(subject, phases)?;
+        found.resize(&sizes);
+        Ok(found)
+    }
+
+    fn of_phases(subject: &Subject, phases: Vec<f64>) -> Result<Self> {
         match subject {
             Subject::Horse(gait) => Ok(Self::of_horse(*gait, phases)),
             Subject::Rig { file, clip } => {
@@ -97,6 +107,30 @@ impl Truth {
         let in_plane = moments.iter().map(|m| m.angles_rad).collect();
         let poses = moments.into_iter().map(|m| m.pose).collect();
         Self { model, driven, poses, phases_cycles: phases, in_plane_rad: Some(in_plane) }
+    }
+
+    /// Makes each frame's difference from the mean pose of the clip so many times as large.
+    fn resize(&mut self, sizes: &[f64]) {
+        if sizes.iter().all(|s| *s == 1.0) {
+            return;
+        }
+        let frames = self.poses.len() as f64;
+        for node in 0..self.driven.len() {
+            let own: Vec<NodePose> = self.poses.iter().map(|p| p.nodes[node]).collect();
+            let mean = mean_rotation(&own.iter().map(|n| n.rotation).collect::<Vec<_>>());
+            let place = own.iter().map(|n| n.translation).sum::<Vector3<f64>>() / frames;
+            for ((pose, own), size) in self.poses.iter_mut().zip(own).zip(sizes) {
+                let turn = rotation_vector(&(mean.inverse() * own.rotation)) * *size;
+                pose.nodes[node] = NodePose {
+                    rotation: mean * rotation_from_vector(&turn),
+                    translation: place + (own.translation - place) * *size,
+                    ..own
+                };
+            }
+        }
+        if self.in_plane_rad.is_some() {
+            self.in_plane_rad = Some(in_plane_angles(&self.poses));
+        }
     }
 
     /// The masks of all frames: orthographic, framed on the whole clip, with noise on their edges.

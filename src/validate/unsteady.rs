@@ -1,5 +1,5 @@
-//! What real footage does and a looped clip does not: the speed drifts, strides differ in length,
-//! and some masks are broken.
+//! What real footage does and a looped clip does not: the speed drifts, strides differ in duration and
+//! size, and some masks are broken.
 
 use rand::seq::index::sample;
 use rand::{Rng, RngExt, SeedableRng};
@@ -15,6 +15,11 @@ pub struct Unsteady {
     /// Standard deviation of the duration of a stride, as a share of it: each stride runs at a speed
     /// of its own.
     pub stride_variation: f64,
+    /// Change of the motion's size from the first frame to the last, as a share of the mean size: every pose's
+    /// difference from the mean pose is larger or smaller by that.
+    pub amplitude_drift: f64,
+    /// Standard deviation of the size of a stride, as a share of the mean size.
+    pub amplitude_variation: f64,
     /// Share of frames whose mask is broken, 0…1.
     pub broken_masks: f64,
 }
@@ -22,8 +27,9 @@ pub struct Unsteady {
 /// Random streams apart from those of the frames' edge noise.
 const STRIDE_STREAM: u64 = u64::MAX;
 const BROKEN_STREAM: u64 = u64::MAX - 1;
+const AMPLITUDE_STREAM: u64 = u64::MAX - 2;
 
-/// A stride's duration stays within this share of the mean either way.
+/// A stride's duration and size stay within this share of the mean either way.
 const LARGEST_VARIATION: f64 = 0.6;
 
 /// Share of a broken mask's height that is lost, at the least and the most.
@@ -50,11 +56,29 @@ impl Unsteady {
             .collect()
     }
 
-    /// A stride's duration over the mean. The sum of twelve uniform numbers is near enough to a
-    /// Gaussian.
     fn duration(&self, rng: &mut ChaCha8Rng) -> f64 {
-        let normal: f64 = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-        1.0 + (self.stride_variation * normal).clamp(-LARGEST_VARIATION, LARGEST_VARIATION)
+        varied(self.stride_variation, rng)
+    }
+
+    /// The size of the motion at each frame over the mean. A stride has its own size in its middle and passes to the next one's
+    /// along half a wave of the cosine.
+    #[must_use]
+    pub fn amplitudes(&self, phases_cycles: &[f64], seed: u64) -> Vec<f64> {
+        let mut rng = stream(seed, AMPLITUDE_STREAM);
+        let strides = phases_cycles.last().map_or(0.0, |p| p.max(0.0)) as usize + 2;
+        let sizes: Vec<f64> =
+            (0..=strides).map(|_| varied(self.amplitude_variation, &mut rng)).collect();
+        let frames = phases_cycles.len();
+        let at = |(t, phase): (usize, &f64)| {
+            // The first half of the first stride belongs to it.
+            let place = (phase - 0.5).max(0.0);
+            let (stride, share) = (place as usize, place.fract());
+            let passed = 0.5 - 0.5 * (std::f64::consts::PI * share).cos();
+            let own = sizes[stride] + passed * (sizes[stride + 1] - sizes[stride]);
+            let drifted = t as f64 / (frames.max(2) - 1) as f64 - 0.5;
+            own * (1.0 + self.amplitude_drift * drifted)
+        };
+        phases_cycles.iter().enumerate().map(at).collect()
     }
 
     /// Breaks its share of the masks: the lower or the upper part of the animal is lost, as behind
@@ -68,6 +92,12 @@ impl Unsteady {
             masks[frame] = broken(&masks[frame], &mut rng);
         }
     }
+}
+
+/// One and a share of it that is drawn anew. The sum of twelve uniform numbers is near enough to a Gaussian.
+fn varied(share: f64, rng: &mut ChaCha8Rng) -> f64 {
+    let normal: f64 = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+    1.0 + (share * normal).clamp(-LARGEST_VARIATION, LARGEST_VARIATION)
 }
 
 fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
@@ -112,6 +142,22 @@ mod tests {
         let sd =
             (lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / lengths.len() as f64).sqrt();
         assert!((sd / mean - 0.1).abs() < 0.02, "{}", sd / mean);
+    }
+
+    #[test]
+    fn sizes_are_as_asked_and_pass_smoothly() {
+        let phases: Vec<f64> = (0..20_000).map(|t| f64::from(t) / 20.0).collect();
+        let of = |unsteady: Unsteady| unsteady.amplitudes(&phases, 3);
+        assert!(of(Unsteady::default()).iter().all(|a| *a == 1.0));
+        let fallen = of(Unsteady { amplitude_drift: -0.3, ..Unsteady::default() });
+        assert!((fallen[0] - 1.15).abs() < 1e-12 && (fallen[19_999] - 0.85).abs() < 1e-12);
+        let varied = of(Unsteady { amplitude_variation: 0.1, ..Unsteady::default() });
+        // In the middle of each stride.
+        let own: Vec<f64> = (0..999).map(|k| varied[20 * k + 10]).collect();
+        let mean = own.iter().sum::<f64>() / own.len() as f64;
+        let sd = (own.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / own.len() as f64).sqrt();
+        assert!((mean - 1.0).abs() < 0.02 && (sd - 0.1).abs() < 0.01, "{mean} {sd}");
+        assert!(varied.windows(2).all(|w| (w[1] - w[0]).abs() < 0.06));
     }
 
     #[test]

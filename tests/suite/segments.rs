@@ -101,7 +101,12 @@ fn a_steady_clip_stays_one_segment_however_unsteady_it_is() {
         Unsteady { speed_drift: 0.12, ..Unsteady::default() },
         Unsteady { stride_variation: 0.1, ..Unsteady::default() },
         Unsteady { broken_masks: 0.05, ..Unsteady::default() },
-        Unsteady { speed_drift: 0.12, stride_variation: 0.1, broken_masks: 0.05 },
+        Unsteady {
+            speed_drift: 0.12,
+            stride_variation: 0.1,
+            broken_masks: 0.05,
+            ..Unsteady::default()
+        },
     ];
     let mut subjects: Vec<Subject> = Gait::ALL.into_iter().map(Subject::Horse).collect();
     if let Some(data) = data_folder() {

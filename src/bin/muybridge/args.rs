@@ -404,6 +404,12 @@ pub(crate) struct View {
     /// Standard deviation of the strides' durations, as a share.
     #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
     pub(crate) stride_variation: f64,
+    /// Change of the motion's size from the first frame to the last, as a share of the mean size.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) amplitude_drift: f64,
+    /// Standard deviation of the strides' size, as a share.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub(crate) amplitude_variation: f64,
     /// Share of frames whose mask is broken.
     #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
     pub(crate) broken_masks: f64,

@@ -37,6 +37,9 @@ pub(crate) fn execute(args: &Analyze, output: &Output, bars: &Bars) -> anyhow::R
     Ok(ending(&result.diagnosis, args.strict))
 }
 
+/// A range of amplitudes wider than this is told.
+const TOLD_AMPLITUDE: f64 = 0.05;
+
 /// The library's word for a gait.
 pub(crate) fn named_gait(gait: GaitSymmetry) -> Gait {
     match gait {
@@ -114,6 +117,13 @@ pub(crate) fn text(d: &StoredDiagnosis) -> String {
             d.stride_candidates_hz[0], d.stride_candidates_hz[1]
         ),
     });
+    if let Some([least, most]) = d.stride.as_ref().map(|s| s.amplitude_range)
+        && most - least > TOLD_AMPLITUDE
+    {
+        text.push_str(&format!(
+            "strides are of unlike size, {least:.2} to {most:.2} of the mean: the poses follow (animation.amplitude)\n"
+        ));
+    }
     text.push_str("component  variance  r      peak\n");
     for (c, line) in d.components.iter().enumerate() {
         text.push_str(&format!(

@@ -28,6 +28,7 @@ pub(crate) fn execute(args: &Validate, output: &Output, bars: &Bars) -> anyhow::
             Method::Rbf => shot::Method::Rbf,
             Method::Switching => shot::Method::Switching,
         },
+        amplitude: true,
         mirror: args.mirror.map_or(shot::Mirroring::Auto, mirroring),
         band_pass: !args.raw,
         time_limit_s: 30.0,
@@ -79,6 +80,8 @@ pub(crate) fn shooting(view: &View) -> anyhow::Result<Shooting> {
         unsteady: Unsteady {
             speed_drift: view.speed_drift,
             stride_variation: view.stride_variation,
+            amplitude_drift: view.amplitude_drift,
+            amplitude_variation: view.amplitude_variation,
             broken_masks: view.broken_masks,
         },
     })
