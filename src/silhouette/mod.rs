@@ -6,6 +6,7 @@ mod back;
 mod base_drafts;
 mod clip;
 mod colour;
+mod colour_cube;
 mod colour_table;
 mod correction;
 mod cues;

@@ -24,6 +24,9 @@ const SPAN: usize = 8;
 /// How far outside the other picture a point may lie, pixels: a camera at rest sees its border.
 const SLACK_PX: f32 = 0.01;
 
+/// Depth of a pixel, about one, below which the perspective of a camera is no more than a fluke.
+const LEAST_DEPTH: f64 = 1e-3;
+
 /// A picture ready to be looked at from other frames.
 pub(super) struct Source<'a> {
     image: &'a LabImage,
@@ -47,6 +50,12 @@ impl<'a> Source<'a> {
 
     fn width(&self) -> usize {
         self.image.width()
+    }
+
+    /// Whether there are three rows of [`COLUMNS`] bytes from a pixel on.
+    #[inline]
+    fn has_rows(&self, corner: usize) -> bool {
+        corner + 2 * self.width() + COLUMNS <= self.animal.len()
     }
 
     fn planes(&self) -> [&[u8]; 4] {
@@ -84,30 +93,32 @@ impl Warped {
             return Self::seen_at_rest(other, region);
         }
         let (w, pixels) = (region.width(), region.pixels());
-        let [mut l, mut a, mut b, mut outside, mut not_background] =
-            std::array::from_fn(|_| vec![0_u8; pixels]);
-        let way = Way::new(to_other, other);
+        let way = Way::new(to_other, other, region);
+        // L*, a*, b*, what is outside and what is no background: whole planes, and a row of each in
+        // whole spans, of which the last may reach beyond the region.
+        let mut planes: [Vec<u8>; 5] = std::array::from_fn(|_| Vec::with_capacity(pixels));
+        let spans = w.div_ceil(SPAN);
+        let mut rows: [Vec<[u8; SPAN]>; 5] = std::array::from_fn(|_| vec![[0; SPAN]; spans]);
+        let mut places = vec![(0.0, 0.0); spans + 1];
         for y in region.top..region.bottom {
-            let row = (y - region.top) * w;
-            for first in (0..w).step_by(SPAN) {
-                let count = SPAN.min(w - first);
-                let span = row + first..row + first + count;
+            way.places(region.left as f32, y as f32, &mut places);
+            for (at, ends) in places.array_windows().enumerate() {
                 let mut seen = [[0; SPAN]; 4];
-                let (x, y) = ((region.left + first) as f32, y as f32);
-                let inside = way.look(other, x, y, &mut seen);
-                l[span.clone()].copy_from_slice(&seen[0][..count]);
-                a[span.clone()].copy_from_slice(&seen[1][..count]);
-                b[span.clone()].copy_from_slice(&seen[2][..count]);
+                let first = ((region.left + at * SPAN) as f32, y as f32);
+                let none = way.look(other, first, *ends, &mut seen);
+                let [l, a, b, there] = seen;
                 // All bits are that of 128.
-                let mut hidden = seen[3].map(|there| (there >> 7).wrapping_neg());
-                if let Some(inside) = inside {
-                    let none = inside.map(|inside| if inside { 0 } else { UNKNOWN });
-                    hidden = std::array::from_fn(|i| hidden[i] | none[i]);
-                    outside[span.clone()].copy_from_slice(&none[..count]);
+                let animal = there.map(|there| (there >> 7).wrapping_neg());
+                let hidden = std::array::from_fn(|i| animal[i] | none[i]);
+                for (row, span) in rows.iter_mut().zip([l, a, b, none, hidden]) {
+                    row[at] = span;
                 }
-                not_background[span].copy_from_slice(&hidden[..count]);
+            }
+            for (plane, row) in planes.iter_mut().zip(&rows) {
+                plane.extend_from_slice(&row.as_flattened()[..w]);
             }
         }
+        let [l, a, b, outside, not_background] = planes;
         let image = LabImage::from_planes(w, region.height(), [l, a, b]);
         Self { image, outside, not_background }
     }
@@ -128,13 +139,24 @@ struct Way {
     m: [f32; 9],
     /// The last column and row of the other picture.
     last: (f32, f32),
+    /// Whether the whole region lies in front of the other camera, which keeps what is between two
+    /// pixels between their places.
+    in_front: bool,
 }
 
 impl Way {
-    fn new(to_other: &Matrix3<f64>, other: &Source) -> Self {
+    fn new(to_other: &Matrix3<f64>, other: &Source, region: Region) -> Self {
+        let depth = |x: usize, y: usize| {
+            to_other[(2, 0)] * x as f64 + to_other[(2, 1)] * y as f64 + to_other[(2, 2)]
+        };
+        // A plane over the region is least at one of its corners; spans reach beyond its right side.
+        let (left, right) = (region.left, region.right + SPAN);
+        let corners = [(left, region.top), (right, region.top), (left, region.bottom)];
+        let corners = corners.into_iter().chain([(right, region.bottom)]);
         Self {
             m: std::array::from_fn(|i| to_other[(i / 3, i % 3)] as f32),
             last: ((other.width() - 1) as f32, (other.image.height() - 1) as f32),
+            in_front: corners.into_iter().all(|(x, y)| depth(x, y) > LEAST_DEPTH),
         }
     }
 
@@ -145,20 +167,48 @@ impl Way {
         ((m[0] * x + m[1] * y + m[2]) * depth, (m[3] * x + m[4] * y + m[5]) * depth)
     }
 
-    /// What the pixels from (`x`, `y`) to the right look at, and whether there is anything; `None`
-    /// where there is for all of them.
+    /// The places of every eighth pixel of a row, from (`left`, `y`) on.
+    fn places(&self, left: f32, y: f32, places: &mut [(f32, f32)]) {
+        for (at, place) in places.iter_mut().enumerate() {
+            *place = self.place(left + (at * SPAN) as f32, y);
+        }
+    }
+
+    /// What the pixels from (`x`, `y`) to the right look at, the first of them and the one after the
+    /// last at `ends`; [`UNKNOWN`] for those that look at nothing, which leave `seen` as it is, else 0.
     #[inline]
-    fn look(&self, other: &Source, x: f32, y: f32, seen: &mut Seen) -> Option<[bool; SPAN]> {
-        let ends = [self.place(x, y), self.place(x + SPAN as f32, y)];
+    fn look(
+        &self,
+        other: &Source,
+        (x, y): (f32, f32),
+        ends: [(f32, f32); 2],
+        seen: &mut Seen,
+    ) -> [u8; SPAN] {
         // Comparisons with NaN are false. A pole between the ends would part them widely.
         let well_inside = |&(sx, sy): &(f32, f32)| {
             sx >= 0.0 && sy >= 0.0 && sx < self.last.0 - 0.5 && sy < self.last.1 - 0.5
         };
         if ends.iter().all(well_inside) && (ends[1].0 - ends[0].0).abs() < 4.0 * SPAN as f32 {
             look_along(other, ends, seen);
-            return None;
+            return [0; SPAN];
         }
-        Some(std::array::from_fn(|i| self.look_at(other, x + i as f32, y, i, seen)))
+        if self.in_front && self.beyond(ends) {
+            return [UNKNOWN; SPAN];
+        }
+        std::array::from_fn(|i| {
+            let inside = self.look_at(other, x + i as f32, y, i, seen);
+            if inside { 0 } else { UNKNOWN }
+        })
+    }
+
+    /// Whether both ends lie to one side of the other picture, clearly enough that all between them
+    /// do.
+    fn beyond(&self, ends: [(f32, f32); 2]) -> bool {
+        let both = |is: &dyn Fn((f32, f32)) -> bool| is(ends[0]) && is(ends[1]);
+        both(&|(sx, _)| sx < -1.0)
+            || both(&|(_, sy)| sy < -1.0)
+            || both(&|(sx, _)| sx > self.last.0 + 1.0)
+            || both(&|(_, sy)| sy > self.last.1 + 1.0)
     }
 
     /// One point, which may lie outside; says whether it does not.
@@ -184,39 +234,80 @@ impl Way {
 /// The points of a span that lies inside.
 #[inline]
 fn look_along(other: &Source, ends: [(f32, f32); 2], seen: &mut Seen) {
-    let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
-    let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
-    let (dx, dy) = (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1));
-    let (sx, sy) = (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP);
-    let place = |x: i32, y: i32| {
-        (y >> FRACTION_BITS) as usize * other.width() + (x >> FRACTION_BITS) as usize
-    };
-    let weight = |s: i32| (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16;
-    // Along a row of the other picture, pixel by pixel, when neither fraction leaves its pixel
-    // beside steps of exactly one.
-    let last = SPAN as i32 - 1;
-    let whole = 1 << FRACTION_BITS;
-    let stays = |s: i32, by: i32| (0..whole).contains(&((s & (whole - 1)) + last * by));
-    if stays(sx, dx - whole) && stays(sy, dy) {
-        let fx = std::array::from_fn(|i| weight(sx + i as i32 * dx));
-        let fy = std::array::from_fn(|i| weight(sy + i as i32 * dy));
-        look_along_row(other, place(sx, sy), (&fx, &fy), seen);
+    let line = Line::between(ends);
+    let (from, to) = (line.pixel(0), line.pixel(SPAN as i32 - 1));
+    // Beside steps of exactly one along a row, no pixel is off by more than the last is: coordinates
+    // rise or fall all the way.
+    let off = (to.0 - from.0 - (SPAN as i32 - 1), to.1 - from.1);
+    let corner = |(x, y): (i32, i32)| y as usize * other.width() + x as usize;
+    let lanes = |of: fn(&Line, i32) -> u16| std::array::from_fn(|i| of(&line, i as i32));
+    let weights: Weights = [lanes(Line::weight_x), lanes(Line::weight_y)];
+    if off == (0, 0) {
+        look_along_row(other, corner(from), &weights, seen);
         return;
     }
-    for i in 0..SPAN {
-        let (x, y) = (sx + i as i32 * dx, sy + i as i32 * dy);
-        look_between(other, place(x, y), (weight(x), weight(y)), i, seen);
+    // From the first pixel of all, which the last one may be left of or above of; at the picture's
+    // left side it may be missing.
+    let least = (from.0 + off.0.min(0), from.1 + off.1.min(0));
+    if off.0.abs() <= 1 && off.1.abs() <= 1 && least.0 >= 0 && other.has_rows(corner(least)) {
+        let further = std::array::from_fn(|i| {
+            let (x, y) = line.pixel(i as i32);
+            [x - least.0 - i as i32, y - least.1].map(|by| (by as u8).wrapping_neg())
+        });
+        look_along_rows(other, corner(least), &further, &weights, seen);
+        return;
+    }
+    look_pixel_by_pixel(other, &line, seen);
+}
+
+/// Places along a span, evenly spaced, coordinates in fixed point.
+struct Line {
+    start: (i32, i32),
+    step: (i32, i32),
+}
+
+impl Line {
+    /// From the place of the first pixel to that of the one after the last.
+    #[inline]
+    fn between(ends: [(f32, f32); 2]) -> Self {
+        let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
+        let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
+        Self {
+            start: (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP),
+            step: (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1)),
+        }
+    }
+
+    /// The pixel left of and above place `i`.
+    #[inline]
+    fn pixel(&self, i: i32) -> (i32, i32) {
+        let whole = |start: i32, step: i32| (start + i * step) >> FRACTION_BITS;
+        (whole(self.start.0, self.step.0), whole(self.start.1, self.step.1))
+    }
+
+    #[inline]
+    fn weight_x(&self, i: i32) -> u16 {
+        weight(self.start.0 + i * self.step.0)
+    }
+
+    #[inline]
+    fn weight_y(&self, i: i32) -> u16 {
+        weight(self.start.1 + i * self.step.1)
     }
 }
 
+/// Steps of a coordinate from the pixel it lies behind.
+#[inline]
+fn weight(s: i32) -> u16 {
+    (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16
+}
+
+/// Weights of eight pixels, along and across.
+type Weights = [[u16; SPAN]; 2];
+
 /// Eight neighbouring pixels at once.
 #[inline]
-fn look_along_row(
-    other: &Source,
-    corner: usize,
-    (fx, fy): (&[u16; SPAN], &[u16; SPAN]),
-    seen: &mut Seen,
-) {
+fn look_along_row(other: &Source, corner: usize, [fx, fy]: &Weights, seen: &mut Seen) {
     for (seen, plane) in seen.iter_mut().zip(other.planes()) {
         let top: &[u8; SPAN + 1] = plane[corner..].first_chunk().unwrap_or(&[0; SPAN + 1]);
         let bottom: &[u8; SPAN + 1] =
@@ -224,6 +315,49 @@ fn look_along_row(
         for i in 0..SPAN {
             seen[i] = between([top[i], top[i + 1]], [bottom[i], bottom[i + 1]], fx[i], fy[i]);
         }
+    }
+}
+
+/// Columns that eight pixels look at, one of which may be one further right than its neighbours say.
+const COLUMNS: usize = SPAN + 2;
+
+/// Eight pixels that lie side by side but for a column and a row that some are further than others:
+/// `further`, 255 for one that is, 0 for one that is not, along and across. A camera that turns or
+/// comes closer leaves most spans like this.
+#[inline]
+fn look_along_rows(
+    other: &Source,
+    corner: usize,
+    further: &[[u8; 2]; SPAN],
+    [fx, fy]: &Weights,
+    seen: &mut Seen,
+) {
+    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
+        let rows: [&[u8; COLUMNS]; 3] = std::array::from_fn(|y| {
+            plane[corner + y * other.width()..].first_chunk().unwrap_or(&[0; COLUMNS])
+        });
+        // Chosen by bits instead of by an index, so that vectors of these do.
+        let either = |here: u8, there: u8, mask: u8| here & !mask | there & mask;
+        for i in 0..SPAN {
+            let [along, across] = further[i];
+            let [above, middle, below] = rows.map(|row| {
+                [either(row[i], row[i + 1], along), either(row[i + 1], row[i + 2], along)]
+            });
+            let top = [either(above[0], middle[0], across), either(above[1], middle[1], across)];
+            let bottom = [either(middle[0], below[0], across), either(middle[1], below[1], across)];
+            seen[i] = between(top, bottom, fx[i], fy[i]);
+        }
+    }
+}
+
+/// Eight pixels, wherever they are.
+#[cold]
+fn look_pixel_by_pixel(other: &Source, line: &Line, seen: &mut Seen) {
+    for i in 0..SPAN {
+        let at = i as i32;
+        let (x, y) = line.pixel(at);
+        let corner = y as usize * other.width() + x as usize;
+        look_between(other, corner, (line.weight_x(at), line.weight_y(at)), i, seen);
     }
 }
 
@@ -271,6 +405,54 @@ mod tests {
     }
 
     proptest! {
+        /// Eight pixels at once against one after the other, for cameras that moved little and much.
+        #[test]
+        fn spans_are_what_their_pixels_are_one_by_one(
+            values in proptest::collection::vec(proptest::num::u8::ANY, 24 * 9),
+            start in (0.0_f32..12.0, 0.0_f32..7.4),
+            step in (0.8_f32..1.2, -0.15_f32..0.15),
+            far in proptest::bool::ANY,
+        ) {
+            let picture = picture(24, 9, &values);
+            let animal = Mask::from_fn(24, 9, |x, y| (x * y) % 3 == 1);
+            let other = Source::of(&picture, &animal);
+            let along = if far { 2.0 - step.0 } else { step.0 };
+            let end = |start: f32, step: f32, last: f32| {
+                (start + SPAN as f32 * step).clamp(0.0, last - 0.51)
+            };
+            let ends = [start, (end(start.0, along, 23.0), end(start.1, step.1, 8.0))];
+            let [mut found, mut wanted] = [[[0; SPAN]; 4]; 2];
+            look_along(&other, ends, &mut found);
+            look_pixel_by_pixel(&other, &Line::between(ends), &mut wanted);
+            prop_assert_eq!(found, wanted);
+        }
+
+        /// Spans that lie beside the other picture as a whole, against each of their pixels.
+        #[test]
+        fn what_is_beside_the_other_picture_looks_at_nothing(
+            values in proptest::collection::vec(proptest::num::u8::ANY, 12 * 9),
+            shift in (-30.0_f64..30.0, -30.0_f64..30.0),
+            tilt in (-0.04_f64..0.04, -0.04_f64..0.04),
+        ) {
+            let picture = picture(12, 9, &values);
+            let other = Source::of(&picture, &Mask::new(12, 9));
+            let m = Matrix3::new(1.0, 0.1, shift.0, -0.1, 1.0, shift.1, tilt.0, tilt.1, 1.0);
+            let region = Region { left: 0, top: 0, right: 24, bottom: 20 };
+            let warped = Warped::of(&other, &m, region);
+            let mut way = Way::new(&m, &other, region);
+            way.in_front = false;
+            for y in 0..20 {
+                let ends = |x: usize| [x, x + SPAN].map(|x| way.place(x as f32, y as f32));
+                for x in [0, SPAN, 2 * SPAN] {
+                    let mut seen = [[0; SPAN]; 4];
+                    let none = way.look(&other, (x as f32, y as f32), ends(x), &mut seen);
+                    let at = y * 24 + x;
+                    prop_assert_eq!(&warped.outside[at..at + SPAN], &none);
+                    prop_assert_eq!(&warped.image.planes()[1][at..at + SPAN], &seen[1]);
+                }
+            }
+        }
+
         /// Against bilinear interpolation in double precision, to the step of the weights.
         #[test]
         fn values_are_those_between_the_four_pixels_about_each_point(
