@@ -29,6 +29,7 @@ mod scale_trend;
 mod segmenter;
 mod track;
 mod warp;
+mod warp_row;
 mod window;
 
 pub use area_jumps::{area_jumps, flag_area_jumps};

@@ -4,22 +4,8 @@ use nalgebra::Matrix3;
 
 use super::lab_image::{LabImage, Region};
 use super::plate::UNKNOWN;
+use super::warp_row::{COLUMNS, Line, Row, SPAN, STEPS};
 use crate::mask::Mask;
-
-/// Steps a pixel is divided into for interpolation, each way, as a power of two: the product of two
-/// weights and a byte fits 16 bits, so that vectors of these do.
-const STEP_BITS: u32 = 4;
-const STEPS: i32 = 1 << STEP_BITS;
-
-/// Bits of the fraction of a coordinate.
-const FRACTION_BITS: u32 = 12;
-
-/// Half a step, which makes the weights those of the nearest one.
-const HALF_STEP: i32 = 1 << (FRACTION_BITS - STEP_BITS - 1);
-
-/// Pixels of a row whose places are interpolated between those of the first and the one after the
-/// last: within a span of eight a camera's perspective bends them by some thousandths of a pixel.
-const SPAN: usize = 8;
 
 /// How far outside the other picture a point may lie, pixels: a camera at rest sees its border.
 const SLACK_PX: f32 = 0.01;
@@ -34,9 +20,6 @@ pub(super) struct Source<'a> {
     animal: Vec<u8>,
 }
 
-/// What a span looks at: L*, a*, b* and 255 where the animal may be.
-type Seen = [[u8; SPAN]; 4];
-
 impl<'a> Source<'a> {
     pub(super) fn of(image: &'a LabImage, animal: &Mask) -> Self {
         let (width, height) = (image.width(), image.height());
@@ -48,33 +31,20 @@ impl<'a> Source<'a> {
         Self { image, animal: there }
     }
 
-    fn width(&self) -> usize {
+    pub(super) fn width(&self) -> usize {
         self.image.width()
     }
 
     /// Whether there are three rows of [`COLUMNS`] bytes from a pixel on.
     #[inline]
-    fn has_rows(&self, corner: usize) -> bool {
+    pub(super) fn has_rows(&self, corner: usize) -> bool {
         corner + 2 * self.width() + COLUMNS <= self.animal.len()
     }
 
-    fn planes(&self) -> [&[u8]; 4] {
+    pub(super) fn planes(&self) -> [&[u8]; 4] {
         let [l, a, b] = self.image.planes();
         [l, a, b, &self.animal]
     }
-}
-
-/// The value between four pixels, by weights of its way from left to right and from top to bottom.
-/// Differences may be less than zero; in the sum, modulo 2¹⁶, all is paid back.
-#[expect(clippy::inline_always, reason = "the innermost loop, which is made vectors of")]
-#[inline(always)]
-fn between(top: [u8; 2], bottom: [u8; 2], fx: u16, fy: u16) -> u8 {
-    let along = |from: u16, to: u16, f: u16| {
-        (from << STEP_BITS).wrapping_add(to.wrapping_sub(from).wrapping_mul(f))
-    };
-    let [left, right] = std::array::from_fn(|x| along(top[x].into(), bottom[x].into(), fy));
-    // Half of 256: rounded.
-    (along(left, right, fx).wrapping_add(128) >> (2 * STEP_BITS)) as u8
 }
 
 /// A picture laid over a region of this frame by the camera's motion.
@@ -94,31 +64,31 @@ impl Warped {
         }
         let (w, pixels) = (region.width(), region.pixels());
         let way = Way::new(to_other, other, region);
-        // L*, a*, b*, what is outside and what is no background: whole planes, and a row of each in
-        // whole spans, of which the last may reach beyond the region.
-        let mut planes: [Vec<u8>; 5] = std::array::from_fn(|_| Vec::with_capacity(pixels));
+        // L*, a*, b*, what is no background and what is outside.
+        let mut planes: [Vec<u8>; 5] = std::array::from_fn(|_| vec![0; pixels]);
         let spans = w.div_ceil(SPAN);
-        let mut rows: [Vec<[u8; SPAN]>; 5] = std::array::from_fn(|_| vec![[0; SPAN]; spans]);
+        let mut row = Row::new(spans);
         let mut places = vec![(0.0, 0.0); spans + 1];
         for y in region.top..region.bottom {
             way.places(region.left as f32, y as f32, &mut places);
             for (at, ends) in places.array_windows().enumerate() {
-                let mut seen = [[0; SPAN]; 4];
                 let first = ((region.left + at * SPAN) as f32, y as f32);
-                let none = way.look(other, first, *ends, &mut seen);
-                let [l, a, b, there] = seen;
-                // All bits are that of 128.
-                let animal = there.map(|there| (there >> 7).wrapping_neg());
-                let hidden = std::array::from_fn(|i| animal[i] | none[i]);
-                for (row, span) in rows.iter_mut().zip([l, a, b, none, hidden]) {
-                    row[at] = span;
-                }
+                row.outside[at] = way.look(other, first, *ends, at, &mut row);
             }
-            for (plane, row) in planes.iter_mut().zip(&rows) {
-                plane.extend_from_slice(&row.as_flattened()[..w]);
+            let start = (y - region.top) * w;
+            let [l, a, b, hidden, outside] =
+                planes.each_mut().map(|plane| &mut plane[start..start + w]);
+            row.interpolate(0, l);
+            row.interpolate(1, a);
+            row.interpolate(2, b);
+            row.interpolate(3, hidden);
+            outside.copy_from_slice(&row.outside.as_flattened()[..w]);
+            // Of the animal's share all bits become that of 128.
+            for (hidden, outside) in hidden.iter_mut().zip(outside) {
+                *hidden = (*hidden >> 7).wrapping_neg() | *outside;
             }
         }
-        let [l, a, b, outside, not_background] = planes;
+        let [l, a, b, not_background, outside] = planes;
         let image = LabImage::from_planes(w, region.height(), [l, a, b]);
         Self { image, outside, not_background }
     }
@@ -174,29 +144,32 @@ impl Way {
         }
     }
 
-    /// What the pixels from (`x`, `y`) to the right look at, the first of them and the one after the
-    /// last at `ends`; [`UNKNOWN`] for those that look at nothing, which leave `seen` as it is, else 0.
+    /// Gathers what the pixels from (`x`, `y`) to the right look at, the first of them and the one
+    /// after the last at `ends`, as span `at` of a row. [`UNKNOWN`] for those that look at nothing,
+    /// else 0.
     #[inline]
     fn look(
         &self,
         other: &Source,
         (x, y): (f32, f32),
         ends: [(f32, f32); 2],
-        seen: &mut Seen,
+        at: usize,
+        row: &mut Row,
     ) -> [u8; SPAN] {
         // Comparisons with NaN are false. A pole between the ends would part them widely.
         let well_inside = |&(sx, sy): &(f32, f32)| {
             sx >= 0.0 && sy >= 0.0 && sx < self.last.0 - 0.5 && sy < self.last.1 - 0.5
         };
         if ends.iter().all(well_inside) && (ends[1].0 - ends[0].0).abs() < 4.0 * SPAN as f32 {
-            look_along(other, ends, seen);
+            row.gather(at, other, &Line::between(ends));
             return [0; SPAN];
         }
+        row.clear(at);
         if self.in_front && self.beyond(ends) {
             return [UNKNOWN; SPAN];
         }
         std::array::from_fn(|i| {
-            let inside = self.look_at(other, x + i as f32, y, i, seen);
+            let inside = self.look_at(other, (x + i as f32, y), (at, i), row);
             if inside { 0 } else { UNKNOWN }
         })
     }
@@ -213,7 +186,13 @@ impl Way {
 
     /// One point, which may lie outside; says whether it does not.
     #[cold]
-    fn look_at(&self, other: &Source, x: f32, y: f32, i: usize, seen: &mut Seen) -> bool {
+    fn look_at(
+        &self,
+        other: &Source,
+        (x, y): (f32, f32),
+        point: (usize, usize),
+        row: &mut Row,
+    ) -> bool {
         let (sx, sy) = self.place(x, y);
         let (last_x, last_y) = self.last;
         // Written so that a NaN lies outside.
@@ -225,149 +204,10 @@ impl Way {
             let x0 = (sx as usize).min(width - 2);
             let y0 = (sy as usize).min(other.image.height() - 2);
             let weight = |s: f32, low: usize| ((s - low as f32) * STEPS as f32 + 0.5) as u16;
-            look_between(other, y0 * width + x0, (weight(sx, x0), weight(sy, y0)), i, seen);
+            let weights = [weight(sx, x0), weight(sy, y0)];
+            row.gather_one(point, other, y0 * width + x0, weights);
         }
         inside
-    }
-}
-
-/// The points of a span that lies inside.
-#[inline]
-fn look_along(other: &Source, ends: [(f32, f32); 2], seen: &mut Seen) {
-    let line = Line::between(ends);
-    let (from, to) = (line.pixel(0), line.pixel(SPAN as i32 - 1));
-    // Beside steps of exactly one along a row, no pixel is off by more than the last is: coordinates
-    // rise or fall all the way.
-    let off = (to.0 - from.0 - (SPAN as i32 - 1), to.1 - from.1);
-    let corner = |(x, y): (i32, i32)| y as usize * other.width() + x as usize;
-    let lanes = |of: fn(&Line, i32) -> u16| std::array::from_fn(|i| of(&line, i as i32));
-    let weights: Weights = [lanes(Line::weight_x), lanes(Line::weight_y)];
-    if off == (0, 0) {
-        look_along_row(other, corner(from), &weights, seen);
-        return;
-    }
-    // From the first pixel of all, which the last one may be left of or above of; at the picture's
-    // left side it may be missing.
-    let least = (from.0 + off.0.min(0), from.1 + off.1.min(0));
-    if off.0.abs() <= 1 && off.1.abs() <= 1 && least.0 >= 0 && other.has_rows(corner(least)) {
-        let further = std::array::from_fn(|i| {
-            let (x, y) = line.pixel(i as i32);
-            [x - least.0 - i as i32, y - least.1].map(|by| (by as u8).wrapping_neg())
-        });
-        look_along_rows(other, corner(least), &further, &weights, seen);
-        return;
-    }
-    look_pixel_by_pixel(other, &line, seen);
-}
-
-/// Places along a span, evenly spaced, coordinates in fixed point.
-struct Line {
-    start: (i32, i32),
-    step: (i32, i32),
-}
-
-impl Line {
-    /// From the place of the first pixel to that of the one after the last.
-    #[inline]
-    fn between(ends: [(f32, f32); 2]) -> Self {
-        let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
-        let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
-        Self {
-            start: (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP),
-            step: (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1)),
-        }
-    }
-
-    /// The pixel left of and above place `i`.
-    #[inline]
-    fn pixel(&self, i: i32) -> (i32, i32) {
-        let whole = |start: i32, step: i32| (start + i * step) >> FRACTION_BITS;
-        (whole(self.start.0, self.step.0), whole(self.start.1, self.step.1))
-    }
-
-    #[inline]
-    fn weight_x(&self, i: i32) -> u16 {
-        weight(self.start.0 + i * self.step.0)
-    }
-
-    #[inline]
-    fn weight_y(&self, i: i32) -> u16 {
-        weight(self.start.1 + i * self.step.1)
-    }
-}
-
-/// Steps of a coordinate from the pixel it lies behind.
-#[inline]
-fn weight(s: i32) -> u16 {
-    (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16
-}
-
-/// Weights of eight pixels, along and across.
-type Weights = [[u16; SPAN]; 2];
-
-/// Eight neighbouring pixels at once.
-#[inline]
-fn look_along_row(other: &Source, corner: usize, [fx, fy]: &Weights, seen: &mut Seen) {
-    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
-        let top: &[u8; SPAN + 1] = plane[corner..].first_chunk().unwrap_or(&[0; SPAN + 1]);
-        let bottom: &[u8; SPAN + 1] =
-            plane[corner + other.width()..].first_chunk().unwrap_or(&[0; SPAN + 1]);
-        for i in 0..SPAN {
-            seen[i] = between([top[i], top[i + 1]], [bottom[i], bottom[i + 1]], fx[i], fy[i]);
-        }
-    }
-}
-
-/// Columns that eight pixels look at, one of which may be one further right than its neighbours say.
-const COLUMNS: usize = SPAN + 2;
-
-/// Eight pixels that lie side by side but for a column and a row that some are further than others:
-/// `further`, 255 for one that is, 0 for one that is not, along and across. A camera that turns or
-/// comes closer leaves most spans like this.
-#[inline]
-fn look_along_rows(
-    other: &Source,
-    corner: usize,
-    further: &[[u8; 2]; SPAN],
-    [fx, fy]: &Weights,
-    seen: &mut Seen,
-) {
-    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
-        let rows: [&[u8; COLUMNS]; 3] = std::array::from_fn(|y| {
-            plane[corner + y * other.width()..].first_chunk().unwrap_or(&[0; COLUMNS])
-        });
-        // Chosen by bits instead of by an index, so that vectors of these do.
-        let either = |here: u8, there: u8, mask: u8| here & !mask | there & mask;
-        for i in 0..SPAN {
-            let [along, across] = further[i];
-            let [above, middle, below] = rows.map(|row| {
-                [either(row[i], row[i + 1], along), either(row[i + 1], row[i + 2], along)]
-            });
-            let top = [either(above[0], middle[0], across), either(above[1], middle[1], across)];
-            let bottom = [either(middle[0], below[0], across), either(middle[1], below[1], across)];
-            seen[i] = between(top, bottom, fx[i], fy[i]);
-        }
-    }
-}
-
-/// Eight pixels, wherever they are.
-#[cold]
-fn look_pixel_by_pixel(other: &Source, line: &Line, seen: &mut Seen) {
-    for i in 0..SPAN {
-        let at = i as i32;
-        let (x, y) = line.pixel(at);
-        let corner = y as usize * other.width() + x as usize;
-        look_between(other, corner, (line.weight_x(at), line.weight_y(at)), i, seen);
-    }
-}
-
-/// One point between the pixel `corner` and those right of and below it.
-#[inline]
-fn look_between(other: &Source, corner: usize, (fx, fy): (u16, u16), i: usize, seen: &mut Seen) {
-    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
-        let here = &plane[corner..corner + other.width() + 2];
-        let (top, bottom) = ([here[0], here[1]], [here[other.width()], here[other.width() + 1]]);
-        seen[i] = between(top, bottom, fx, fy);
     }
 }
 
@@ -405,28 +245,6 @@ mod tests {
     }
 
     proptest! {
-        /// Eight pixels at once against one after the other, for cameras that moved little and much.
-        #[test]
-        fn spans_are_what_their_pixels_are_one_by_one(
-            values in proptest::collection::vec(proptest::num::u8::ANY, 24 * 9),
-            start in (0.0_f32..12.0, 0.0_f32..7.4),
-            step in (0.8_f32..1.2, -0.15_f32..0.15),
-            far in proptest::bool::ANY,
-        ) {
-            let picture = picture(24, 9, &values);
-            let animal = Mask::from_fn(24, 9, |x, y| (x * y) % 3 == 1);
-            let other = Source::of(&picture, &animal);
-            let along = if far { 2.0 - step.0 } else { step.0 };
-            let end = |start: f32, step: f32, last: f32| {
-                (start + SPAN as f32 * step).clamp(0.0, last - 0.51)
-            };
-            let ends = [start, (end(start.0, along, 23.0), end(start.1, step.1, 8.0))];
-            let [mut found, mut wanted] = [[[0; SPAN]; 4]; 2];
-            look_along(&other, ends, &mut found);
-            look_pixel_by_pixel(&other, &Line::between(ends), &mut wanted);
-            prop_assert_eq!(found, wanted);
-        }
-
         /// Spans that lie beside the other picture as a whole, against each of their pixels.
         #[test]
         fn what_is_beside_the_other_picture_looks_at_nothing(
@@ -444,11 +262,13 @@ mod tests {
             for y in 0..20 {
                 let ends = |x: usize| [x, x + SPAN].map(|x| way.place(x as f32, y as f32));
                 for x in [0, SPAN, 2 * SPAN] {
-                    let mut seen = [[0; SPAN]; 4];
-                    let none = way.look(&other, (x as f32, y as f32), ends(x), &mut seen);
+                    let mut row = Row::new(1);
+                    let none = way.look(&other, (x as f32, y as f32), ends(x), 0, &mut row);
+                    let mut seen = [0; SPAN];
+                    row.interpolate(1, &mut seen);
                     let at = y * 24 + x;
                     prop_assert_eq!(&warped.outside[at..at + SPAN], &none);
-                    prop_assert_eq!(&warped.image.planes()[1][at..at + SPAN], &seen[1]);
+                    prop_assert_eq!(&warped.image.planes()[1][at..at + SPAN], &seen);
                 }
             }
         }
