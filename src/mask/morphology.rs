@@ -4,8 +4,6 @@
 //! radius 1 the plus of five pixels. Outside the picture there is nothing to dilate from and
 //! nothing that erodes, so opening never adds a pixel and closing never removes one.
 
-use std::ops::Range;
-
 use super::{Connectivity, Mask, components};
 
 impl Mask {
@@ -28,27 +26,18 @@ impl Mask {
     fn spread(&self, radius_px: usize, of_unset: bool) -> Self {
         let mut result = Self::new(self.width(), self.height());
         let Some(b) = self.bounds() else { return result };
-        // Words further from a set pixel than the disc reaches come out as they went in, and so do
-        // those in between, which the seeds that are left out beyond them might have changed.
+        // Further from the set pixels than the disc reaches nothing changes. What is left out beyond
+        // that would reach the first and the last word only, which are unset to begin with.
         let reach = radius_px.div_ceil(64);
         let columns = (b.left / 64).saturating_sub(reach)
             ..(b.right / 64 + 1 + reach).min(self.words_per_row());
-        let rows = if of_unset {
-            b.top.saturating_sub(radius_px)..(b.bottom + 1 + radius_px).min(self.height())
-        } else {
-            b.top..b.bottom + 1
-        };
-        let seeds = Seeds { mask: self, columns: columns.clone(), of_unset };
+        let margin = if of_unset { radius_px } else { 0 };
+        let rows = b.top.saturating_sub(margin)..(b.bottom + 1 + margin).min(self.height());
+        let flip = if of_unset { u64::MAX } else { 0 };
         let mut widened = WideRow::new(columns.len());
-        let mut full = vec![false; self.height()];
-        if of_unset {
-            for y in rows.clone() {
-                seeds.fill(y, radius_px, &mut widened, &mut full);
-            }
-        }
         for y in rows {
-            let reached = y.saturating_sub(radius_px)..(y + radius_px + 1).min(self.height());
-            if full[reached].iter().all(|full| *full) || !widened.load(seeds.row(y)) {
+            let row = columns.clone().zip(&self.row(y)[columns.clone()]);
+            if !widened.load(row.map(|(at, word)| (word ^ flip) & self.valid_bits(at))) {
                 continue;
             }
             // From the top of the disc to its middle the half-width only grows.
@@ -56,16 +45,13 @@ impl Mask {
                 widened.widen_to(disc_half_width(radius_px, dy));
                 let above = y.checked_sub(dy);
                 let below = Some(y + dy).filter(|&t| dy > 0 && t < self.height());
-                for target in above.into_iter().chain(below).filter(|target| !full[*target]) {
+                for target in above.into_iter().chain(below) {
                     let row = &mut result.row_mut(target)[columns.clone()];
                     for (word, add) in row.iter_mut().zip(widened.words()) {
                         *word |= add;
                     }
                 }
             }
-        }
-        for y in (0..self.height()).filter(|y| full[*y]) {
-            result.row_mut(y)[columns.clone()].fill(u64::MAX);
         }
         // What was widened beyond the right border.
         if let Some(last) = self.words_per_row().checked_sub(1) {
@@ -111,39 +97,6 @@ impl Mask {
             return self.clone();
         }
         self.or(&holes.window(-(left as i64), -(top as i64), self.width(), self.height()))
-    }
-}
-
-/// What is spread: the pixels of some columns of words that are set, or those that are not.
-struct Seeds<'a> {
-    mask: &'a Mask,
-    columns: Range<usize>,
-    of_unset: bool,
-}
-
-impl Seeds<'_> {
-    fn row(&self, y: usize) -> impl Iterator<Item = u64> {
-        let flip = if self.of_unset { u64::MAX } else { 0 };
-        let row = self.columns.clone().zip(&self.mask.row(y)[self.columns.clone()]);
-        row.map(move |(at, word)| (word ^ flip) & self.mask.valid_bits(at))
-    }
-
-    /// Notes the rows that row `y` is certain to fill: if it is full of seeds, all that the disc
-    /// reaches; if its own are close enough together, itself. Of specks too small for the disc that
-    /// leaves nothing to do.
-    fn fill(&self, y: usize, radius_px: usize, widened: &mut WideRow, full: &mut [bool]) {
-        let is_full = |words: &[u64]| {
-            let pairs = words.iter().zip(self.columns.clone());
-            pairs.into_iter().all(|(word, at)| !word & self.mask.valid_bits(at) == 0)
-        };
-        widened.load(self.row(y));
-        if is_full(widened.words()) {
-            let end = (y + radius_px + 1).min(full.len());
-            full[y.saturating_sub(radius_px)..end].fill(true);
-            return;
-        }
-        widened.widen_to(radius_px);
-        full[y] |= is_full(widened.words());
     }
 }
 

@@ -40,14 +40,14 @@ type Plane = Box<[Line; 256]>;
 /// The decisions met so far, by what two channels are (a line) and the third.
 pub(super) struct Decisions([OnceLock<Plane>; 256]);
 
-/// The decisions of eight pixels as one bit each, the first in the lowest; `None` unless all are known.
+/// The decisions of eight pixels, a byte each, as one bit each, the first in the lowest; `None` unless
+/// all are known.
 #[inline]
-fn packed(decisions: [u8; 8]) -> Option<u64> {
-    let bytes = u64::from_le_bytes(decisions);
+fn packed(decisions: u64) -> Option<u64> {
     let all = |bits: u8| u64::from_le_bytes([bits; 8]);
     // Byte i is moved to bit 56 + i by one of the multiplier's bits, and by no other above 56.
-    (bytes & all(KNOWN) == all(KNOWN))
-        .then(|| (bytes & all(ANIMAL)).wrapping_mul(0x0102_0408_1020_4080) >> 56)
+    (decisions & all(KNOWN) == all(KNOWN))
+        .then(|| (decisions & all(ANIMAL)).wrapping_mul(0x0102_0408_1020_4080) >> 56)
 }
 
 impl Decisions {
@@ -100,7 +100,7 @@ impl Decisions {
             for (found, p) in found.iter_mut().zip(eight) {
                 *found = self.line(p[1], p[2])?.at(p[0]);
             }
-            bits |= packed(found)? << (8 * at);
+            bits |= packed(u64::from_le_bytes(found))? << (8 * at);
         }
         Some(bits)
     }
@@ -142,24 +142,27 @@ impl Block<'_> {
     /// The animal's bits of the upper and the lower row, if all colours are known.
     #[inline]
     fn look(&self, decisions: &Decisions) -> Option<[u64; 2]> {
-        let (mut upper, mut lower) = (0, 0);
-        let chroma = self.us.chunks(4).zip(self.vs.chunks(4));
-        let luma = self.upper.chunks(8).zip(self.lower.chunks(8));
-        for (at, ((us, vs), (a, b))) in chroma.zip(luma).enumerate() {
-            // What is missing at a row's end is known to be ground.
-            let (mut above, mut below) = ([KNOWN; 8], [KNOWN; 8]);
-            let found = above.as_chunks_mut().0.iter_mut().zip(below.as_chunks_mut().0);
-            let levels = a.as_chunks().0.iter().zip(b.as_chunks().0);
-            for (((above, below), (a, b)), (u, v)) in found.zip(levels).zip(us.iter().zip(vs)) {
-                let line = decisions.line(*u, *v)?;
-                let ([a, c], [b, d]): (&[u8; 2], &[u8; 2]) = (a, b);
-                *above = [line.at(*a), line.at(*c)];
-                *below = [line.at(*b), line.at(*d)];
+        let mut bits = [0, 0];
+        let (us, last_us) = self.us.as_chunks();
+        let (vs, last_vs) = self.vs.as_chunks();
+        let (upper, last_upper) = self.upper.as_chunks();
+        let (lower, last_lower) = self.lower.as_chunks();
+        let chroma = us.iter().zip(vs);
+        for (at, ((us, vs), luma)) in chroma.zip(upper.iter().zip(lower)).enumerate() {
+            for (bits, found) in bits.iter_mut().zip(eight(decisions, us, vs, luma)?) {
+                *bits |= found << (8 * at);
             }
-            upper |= packed(above)? << (8 * at);
-            lower |= packed(below)? << (8 * at);
         }
-        Some([upper, lower])
+        if !last_us.is_empty() {
+            let [us, vs] = [last_us, last_vs].map(filled_up);
+            let luma = [last_upper, last_lower].map(filled_up);
+            let found = eight(decisions, &us, &vs, (&luma[0], &luma[1]))?;
+            for (bits, found) in bits.iter_mut().zip(found) {
+                let there = (1 << last_upper.len()) - 1;
+                *bits |= (found & there) << (8 * upper.len());
+            }
+        }
+        Some(bits)
     }
 
     fn learn(&self, decisions: &Decisions, decide: impl Fn(u8, u8, u8) -> bool) {
@@ -170,6 +173,30 @@ impl Block<'_> {
             }
         }
     }
+}
+
+/// The animal's bits of eight columns of two rows, if all colours are known.
+#[inline]
+fn eight(
+    decisions: &Decisions,
+    us: &[u8; 4],
+    vs: &[u8; 4],
+    (upper, lower): (&[u8; 8], &[u8; 8]),
+) -> Option<[u64; 2]> {
+    let (mut above, mut below) = (0, 0);
+    for k in 0..4 {
+        let line = decisions.line(us[k], vs[k])?;
+        for x in [2 * k, 2 * k + 1] {
+            above |= u64::from(line.at(upper[x])) << (8 * x);
+            below |= u64::from(line.at(lower[x])) << (8 * x);
+        }
+    }
+    Some([packed(above)?, packed(below)?])
+}
+
+/// A row's end with its last value once more for what is missing, of which is known as much.
+fn filled_up<const N: usize>(end: &[u8]) -> [u8; N] {
+    std::array::from_fn(|i| end.get(i).or(end.last()).copied().unwrap_or(0))
 }
 
 /// Tables of one model: by red, green and blue, and by luma and chroma of one matrix. Each is made
