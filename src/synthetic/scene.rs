@@ -251,7 +251,7 @@ mod tests {
     fn noise_is_the_sum_of_the_librarys_uniform_numbers() {
         let (seed, frame, width) = (42, 7, 33);
         let mut noise = SensorNoise::new(seed, frame, width);
-        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 8 * 0x9E37_79B9);
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ (8 * 0x9E37_79B9));
         for _ in 0..9 {
             let found: Vec<f64> = noise.row().collect();
             assert_eq!(found.len(), 3 * width);
