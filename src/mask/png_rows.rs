@@ -21,10 +21,19 @@ pub(super) fn filtered(rows: &[u8], row_bytes: usize) -> Vec<u8> {
     let mut tried = vec![0; row_bytes];
     let mut best = vec![0; row_bytes];
     for row in rows.chunks_exact(row_bytes.max(1)) {
+        // Before the first byte that is set in either row, and from the second after the last on,
+        // every filter leaves what is there: nothing.
+        let set = |(here, above): (&u8, &u8)| here | above != 0;
+        let mut pairs = row.iter().zip(previous);
+        let first = pairs.clone().position(set).unwrap_or(row_bytes);
+        let end = pairs.rposition(set).map_or(first, |last| (last + 2).min(row_bytes));
+        let part = first..end;
         let mut chosen = (u64::MAX, Filter::Up);
         for filter in [Filter::Up, Filter::Sub, Filter::Average, Filter::Paeth] {
-            apply(filter, previous, row, &mut tried);
-            let cost = tried.iter().map(|&b| u64::from((b as i8).unsigned_abs())).sum();
+            tried.fill(0);
+            apply(filter, &previous[part.clone()], &row[part.clone()], &mut tried[part.clone()]);
+            let filtered = &tried[part.clone()];
+            let cost = filtered.iter().map(|&b| u64::from((b as i8).unsigned_abs())).sum();
             if cost <= chosen.0 {
                 chosen = (cost, filter);
                 std::mem::swap(&mut tried, &mut best);

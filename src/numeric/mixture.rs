@@ -15,6 +15,10 @@ const MAX_ROUNDS: usize = 100;
 /// Rounds of Lloyd's k-means between the k-means++ seeds and the first expectation.
 const KMEANS_ROUNDS: usize = 5;
 
+/// Samples that are worked on at a time, with the shares of all Gaussians in them: several thousand
+/// values, enough to be worth a thread's while.
+const BLOCK: usize = 512;
+
 /// Samples a component must have on average: a full covariance has six entries, and ten samples an
 /// entry keep it from describing single pixels.
 const SAMPLES_A_COMPONENT: usize = 60;
@@ -60,8 +64,7 @@ impl Mixture {
             return None;
         }
         let components = components.clamp(1, (samples.len() / SAMPLES_A_COMPONENT).max(1));
-        let mut shares =
-            hard_shares(samples, &kmeans(samples, components, settings.seed), components);
+        let mut shares = Shares::hard(&kmeans(samples, components, settings.seed), components);
         let mut mixture = maximise(samples, &shares, settings.variance_floor);
         for _ in 0..MAX_ROUNDS {
             let before = mixture.mean_log_likelihood;
@@ -72,8 +75,8 @@ impl Mixture {
                 break;
             }
         }
-        mixture.mean_log_likelihood =
-            samples.iter().map(|x| mixture.log_density(x)).sum::<f64>() / samples.len() as f64;
+        let densities: Vec<f64> = samples.par_iter().map(|x| mixture.log_density(x)).collect();
+        mixture.mean_log_likelihood = densities.iter().sum::<f64>() / samples.len() as f64;
         Some(mixture)
     }
 
@@ -124,23 +127,80 @@ impl Mixture {
         largest + sum.ln()
     }
 
-    /// Fills `shares` (samples × components) with each Gaussian's share of each sample and returns
-    /// the mean log-likelihood.
-    fn expect(&self, samples: &[Vector3<f64>], shares: &mut [f64]) -> f64 {
-        let k = self.components();
+    /// Fills `shares` with each Gaussian's share of each sample and returns the mean log-likelihood.
+    fn expect(&self, samples: &[Vector3<f64>], shares: &mut Shares) -> f64 {
+        let mut logs = vec![0.0; samples.len()];
+        (samples.par_chunks(BLOCK))
+            .zip(shares.blocks.par_iter_mut())
+            .zip(logs.par_chunks_mut(BLOCK))
+            .for_each(|((samples, block), logs)| self.expect_block(samples, block, logs));
+        // In order of the samples, so that it is the same for any number of threads.
         let mut total = 0.0;
-        for (x, row) in samples.iter().zip(shares.chunks_mut(k)) {
-            for (share, gaussian) in row.iter_mut().zip(&self.gaussians) {
-                *share = gaussian.log_term(x);
-            }
-            let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let sum: f64 = row.iter().map(|s| (s - largest).exp()).sum();
-            for share in row.iter_mut() {
-                *share = (*share - largest).exp() / sum;
-            }
-            total += largest + sum.ln();
+        for log in &logs {
+            total += log;
         }
         total / samples.len() as f64
+    }
+
+    /// The same for one block; `logs` becomes the log-likelihood of each sample.
+    fn expect_block(&self, samples: &[Vector3<f64>], block: &mut Block, logs: &mut [f64]) {
+        let mut largest = [f64::NEG_INFINITY; BLOCK];
+        for (column, gaussian) in block.iter_mut().zip(&self.gaussians) {
+            for ((term, largest), x) in column.iter_mut().zip(&mut largest).zip(samples) {
+                *term = gaussian.log_term(x);
+                *largest = largest.max(*term);
+            }
+        }
+        let mut sums = [0.0; BLOCK];
+        for column in block.iter_mut() {
+            for ((term, largest), sum) in column.iter_mut().zip(&largest).zip(&mut sums) {
+                let below = *term - largest;
+                // The exponential of nothing is one, of which there is one a sample at least.
+                *term = if below == 0.0 { 1.0 } else { below.exp() };
+                *sum += *term;
+            }
+        }
+        for column in block.iter_mut() {
+            column.iter_mut().zip(&sums).for_each(|(share, sum)| *share /= sum);
+        }
+        for ((log, largest), sum) in logs.iter_mut().zip(&largest).zip(&sums) {
+            *log = largest + sum.ln();
+        }
+    }
+}
+
+/// The shares of a block of samples, a column a Gaussian.
+type Block = Vec<Vec<f64>>;
+
+/// Each Gaussian's share of each sample.
+struct Shares {
+    blocks: Vec<Block>,
+}
+
+impl Shares {
+    /// All of each sample to the Gaussian of its label.
+    fn hard(labels: &[usize], k: usize) -> Self {
+        let share = |label: usize, c: usize| if label == c { 1.0 } else { 0.0 };
+        let column = |labels: &[usize], c: usize| labels.iter().map(|l| share(*l, c)).collect();
+        let block = |labels: &[usize]| (0..k).map(|c| column(labels, c)).collect();
+        Self { blocks: labels.chunks(BLOCK).map(block).collect() }
+    }
+
+    fn components(&self) -> usize {
+        self.blocks.first().map_or(0, Vec::len)
+    }
+
+    /// The samples with Gaussian `c`'s share of each.
+    fn of<'a>(
+        &'a self,
+        c: usize,
+        samples: &'a [Vector3<f64>],
+    ) -> impl Iterator<Item = (&'a Vector3<f64>, f64)> {
+        let columns = self.blocks.iter().map(move |block| &block[c]);
+        samples
+            .chunks(BLOCK)
+            .zip(columns)
+            .flat_map(|(xs, shares)| xs.iter().zip(shares.iter().copied()))
     }
 }
 
@@ -161,34 +221,38 @@ impl Gaussian {
 
 /// Weights, means and covariances from shares. A Gaussian that has lost its samples is dropped by
 /// its weight of nearly nothing, not removed: the number of components stays as asked.
-fn maximise(samples: &[Vector3<f64>], shares: &[f64], floor: f64) -> Mixture {
-    let k = shares.len() / samples.len();
-    let mut gaussians = Vec::with_capacity(k);
-    for c in 0..k {
-        let share = |t: usize| shares[t * k + c];
-        let mass: f64 = (0..samples.len()).map(share).sum::<f64>().max(1e-9);
-        let mean: Vector3<f64> =
-            samples.iter().enumerate().map(|(t, x)| x * share(t)).sum::<Vector3<f64>>() / mass;
-        let scatter: Matrix3<f64> = samples
-            .iter()
-            .enumerate()
-            .map(|(t, x)| {
-                let d = x - mean;
-                d * d.transpose() * share(t)
-            })
-            .sum();
+fn maximise(samples: &[Vector3<f64>], shares: &Shares, floor: f64) -> Mixture {
+    let gaussian = |c: usize| {
+        // Each sum in order of the samples; several at once, since one alone waits for itself.
+        let (mut mass, mut sum) = (0.0, [0.0; 3]);
+        shares.of(c, samples).for_each(|(x, share)| {
+            mass += share;
+            for (sum, x) in sum.iter_mut().zip(x.as_slice()) {
+                *sum += x * share;
+            }
+        });
+        let mass = f64::max(mass, 1e-9);
+        let mean = Vector3::from(sum) / mass;
+        let (mut squares, mut products) = ([0.0; 3], [0.0; 3]);
+        shares.of(c, samples).for_each(|(x, share)| {
+            let d = x - mean;
+            for i in 0..3 {
+                squares[i] += d[i] * d[i] * share;
+                products[i] += d[i] * d[(i + 1) % 3] * share;
+            }
+        });
+        let ([xx, yy, zz], [xy, yz, zx]) = (squares, products);
+        let scatter = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz);
         let covariance = scatter / mass + Matrix3::identity() * floor.max(1e-9);
-        gaussians.extend(Gaussian::new(mean, covariance, mass / samples.len() as f64));
+        Gaussian::new(mean, covariance, mass / samples.len() as f64)
+    };
+    let gaussians: Vec<Option<Gaussian>> =
+        (0..shares.components()).into_par_iter().map(gaussian).collect();
+    Mixture {
+        gaussians: gaussians.into_iter().flatten().collect(),
+        mean_log_likelihood: f64::NEG_INFINITY,
+        samples: samples.len(),
     }
-    Mixture { gaussians, mean_log_likelihood: f64::NEG_INFINITY, samples: samples.len() }
-}
-
-fn hard_shares(samples: &[Vector3<f64>], labels: &[usize], k: usize) -> Vec<f64> {
-    let mut shares = vec![0.0; samples.len() * k];
-    for (t, &label) in labels.iter().enumerate() {
-        shares[t * k + label] = 1.0;
-    }
-    shares
 }
 
 /// Labels after a few rounds of k-means from k-means++ seeds (Arthur and Vassilvitskii 2007).
@@ -224,16 +288,11 @@ fn kmeans(samples: &[Vector3<f64>], k: usize, seed: u64) -> Vec<usize> {
 }
 
 fn assign(samples: &[Vector3<f64>], centres: &[Vector3<f64>]) -> Vec<usize> {
-    samples
-        .iter()
-        .map(|x| {
-            (0..centres.len())
-                .min_by(|&a, &b| {
-                    (x - centres[a]).norm_squared().total_cmp(&(x - centres[b]).norm_squared())
-                })
-                .unwrap_or(0)
-        })
-        .collect()
+    let nearest = |x: &Vector3<f64>| {
+        let distances = centres.iter().map(|centre| (x - centre).norm_squared()).enumerate();
+        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(centre, _)| centre)
+    };
+    samples.iter().map(nearest).collect()
 }
 
 #[cfg(test)]
@@ -288,7 +347,7 @@ mod tests {
     #[test]
     fn the_likelihood_never_falls_from_round_to_round() {
         let samples = planted(&[300, 300]);
-        let mut shares = hard_shares(&samples, &kmeans(&samples, 4, 1), 4);
+        let mut shares = Shares::hard(&kmeans(&samples, 4, 1), 4);
         let mut mixture = maximise(&samples, &shares, 0.0);
         let mut before = f64::NEG_INFINITY;
         for _ in 0..30 {
@@ -296,6 +355,47 @@ mod tests {
             assert!(mean >= before - 1e-9, "{mean} after {before}");
             before = mean;
             mixture = maximise(&samples, &shares, 0.0);
+        }
+    }
+
+    /// One round, sample by sample and sum by sum, as the textbook writes it.
+    fn plain_round(mixture: &Mixture, samples: &[Vector3<f64>]) -> (f64, Vec<Gaussian>) {
+        let k = mixture.components();
+        let mut total = 0.0;
+        let mut shares = Vec::new();
+        for x in samples {
+            let terms: Vec<f64> = mixture.gaussians.iter().map(|g| g.log_term(x)).collect();
+            let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let sum: f64 = terms.iter().map(|t| (t - largest).exp()).sum();
+            shares.extend(terms.iter().map(|t| (t - largest).exp() / sum));
+            total += largest + sum.ln();
+        }
+        let gaussian = |c: usize| {
+            let share = |t: usize| shares[t * k + c];
+            let mass: f64 = (0..samples.len()).map(share).sum::<f64>().max(1e-9);
+            let weighted = |(t, x): (usize, &Vector3<f64>)| x * share(t);
+            let mean = samples.iter().enumerate().map(weighted).sum::<Vector3<f64>>() / mass;
+            let scatter =
+                |(t, x): (usize, &Vector3<f64>)| (x - mean) * (x - mean).transpose() * share(t);
+            let scatter: Matrix3<f64> = samples.iter().enumerate().map(scatter).sum();
+            let covariance = scatter / mass + Matrix3::identity() * 1e-4;
+            Gaussian::new(mean, covariance, mass / samples.len() as f64)
+        };
+        (total / samples.len() as f64, (0..k).filter_map(gaussian).collect())
+    }
+
+    #[test]
+    fn a_round_is_the_textbooks_to_the_bit() {
+        let samples = planted(&[700, 500, 217]);
+        let k = 5;
+        let mut shares = Shares::hard(&kmeans(&samples, k, 3), k);
+        let mut mixture = maximise(&samples, &shares, 1e-4);
+        for _ in 0..20 {
+            let (wanted_mean, wanted) = plain_round(&mixture, &samples);
+            let mean = mixture.expect(&samples, &mut shares);
+            mixture = maximise(&samples, &shares, 1e-4);
+            assert_eq!(mean.to_bits(), wanted_mean.to_bits());
+            assert_eq!(mixture.gaussians, wanted);
         }
     }
 

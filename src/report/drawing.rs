@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use ::image::GrayImage;
+use rayon::prelude::*;
 
 use super::sheets::{
     EigenRow, FrameTile, KeyTile, contact_sheet, eigen_sheet, evenly_chosen, key_image,
@@ -60,12 +61,6 @@ pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
     let mut writer = shot.begin(Stage::Sheets, reads, force)?;
 
     let tiles = key_tiles(shot, &keys, &masks, &pictures);
-    let title = format!("{}: key images", shot.name());
-    writer.put(paths::CONTACT_SHEET, Png::encode(&contact_sheet(&title, &tiles))?.bytes())?;
-    for tile in &tiles {
-        let name = format!("keys/key_{}_frame_{:04}.png", tile.mark.key, tile.mark.frame);
-        writer.put(&name, Png::encode(&key_image(tile))?.bytes())?;
-    }
     let frames: Vec<FrameTile> = glance
         .iter()
         .map(|&frame| FrameTile {
@@ -77,10 +72,50 @@ pub fn draw_sheets(shot: &Shot, force: bool) -> Result<Vec<String>> {
             flags: reports[frame].flags,
         })
         .collect();
-    let title = format!("{}: silhouettes", shot.name());
-    writer.put(OVERLAY_SHEET, Png::encode(&overlay_sheet(&title, &frames))?.bytes())?;
-    writer.put(EIGEN_SHEET, Png::encode(&eigen(shot)?)?.bytes())?;
+    let mut sheets = vec![Sheet::Keys(&tiles), Sheet::Overlay(&frames), Sheet::Eigen];
+    sheets.extend(tiles.iter().map(Sheet::Key));
+    // Compression takes as long as drawing: both side by side, the files in order.
+    let drawn: Vec<Png> =
+        (sheets.par_iter()).map(|sheet| Png::encode(&sheet.draw(shot)?)).collect::<Result<_>>()?;
+    for (sheet, png) in sheets.iter().zip(&drawn) {
+        writer.put(&sheet.path(), png.bytes())?;
+    }
     Ok(writer.commit()?.kept)
+}
+
+/// One of the pictures for people.
+enum Sheet<'a> {
+    /// All key images.
+    Keys(&'a [KeyTile<'a>]),
+    /// Silhouettes over footage.
+    Overlay(&'a [FrameTile<'a>]),
+    /// What the components stand for.
+    Eigen,
+    /// One key image.
+    Key(&'a KeyTile<'a>),
+}
+
+impl Sheet<'_> {
+    fn path(&self) -> String {
+        match self {
+            Self::Keys(_) => paths::CONTACT_SHEET.to_owned(),
+            Self::Overlay(_) => OVERLAY_SHEET.to_owned(),
+            Self::Eigen => EIGEN_SHEET.to_owned(),
+            Self::Key(tile) => {
+                format!("keys/key_{}_frame_{:04}.png", tile.mark.key, tile.mark.frame)
+            }
+        }
+    }
+
+    fn draw(&self, shot: &Shot) -> Result<Picture> {
+        let title = |of: &str| format!("{}: {of}", shot.name());
+        Ok(match self {
+            Self::Keys(tiles) => contact_sheet(&title("key images"), tiles),
+            Self::Overlay(frames) => overlay_sheet(&title("silhouettes"), frames),
+            Self::Eigen => eigen(shot)?,
+            Self::Key(tile) => key_image(tile),
+        })
+    }
 }
 
 fn key_tiles<'a>(

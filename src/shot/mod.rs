@@ -15,6 +15,7 @@ mod tables;
 mod template;
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 pub use camera::CameraTable;
 pub use drafts::{KeptDrafts, KeptFrame};
@@ -37,6 +38,7 @@ pub use stored::{
 pub use tables::{Projections, WeightTable, number, table};
 
 use crate::error::{Error, Result};
+use crate::synthetic::SyntheticFootage;
 
 /// The stages of a shot, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -126,6 +128,8 @@ pub struct Shot {
     folder: PathBuf,
     /// What `shot.toml` says.
     pub settings: ShotFile,
+    /// The synthetic footage that was asked for last; clones of the shot share it.
+    synthetic: Arc<Mutex<Option<SyntheticFootage>>>,
 }
 
 impl Shot {
@@ -143,7 +147,7 @@ impl Shot {
         let settings: ShotFile = toml::from_str(&text)
             .map_err(|e| Error::ShotFile { path: path.clone(), what: e.to_string() })?;
         settings.check(&path)?;
-        Ok(Self { folder: folder.to_owned(), settings })
+        Ok(Self::of(folder, settings))
     }
 
     /// A shot of which nothing is written: to look at a source before the folder is made.
@@ -152,7 +156,11 @@ impl Shot {
     /// When a setting is out of its range.
     pub fn unsaved(folder: &Path, settings: ShotFile) -> Result<Self> {
         settings.check(&folder.join(paths::SETTINGS))?;
-        Ok(Self { folder: folder.to_owned(), settings })
+        Ok(Self::of(folder, settings))
+    }
+
+    fn of(folder: &Path, settings: ShotFile) -> Self {
+        Self { folder: folder.to_owned(), settings, synthetic: Arc::default() }
     }
 
     /// Makes a shot folder with a fully commented `shot.toml`.
@@ -165,7 +173,7 @@ impl Shot {
             return Err(Error::ShotExists { folder: folder.to_owned() });
         }
         settings.check(&path)?;
-        let shot = Self { folder: folder.to_owned(), settings };
+        let shot = Self::of(folder, settings);
         write_atomically(&path, template::text(&shot.settings, &shot.name()).as_bytes())?;
         Ok(shot)
     }

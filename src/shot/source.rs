@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::PoisonError;
 
 use rayon::prelude::*;
 
@@ -93,7 +94,8 @@ impl Shot {
         Ok(Some(Box::new(frames::open(&spec)?)))
     }
 
-    /// The synthetic footage that is the source, with its truth; `None` for other sources.
+    /// The synthetic footage that is the source, with its truth; `None` for other sources. The
+    /// pictures of it are drawn once, however often it is asked for.
     ///
     /// # Errors
     /// [`Error::UnknownGait`].
@@ -105,7 +107,13 @@ impl Shot {
         };
         let gait: Gait = name.parse().map_err(|_| Error::UnknownGait { name: name.to_owned() })?;
         let settings = SyntheticSettings { fps: self.fps(), ..SyntheticSettings::default() };
-        Ok(Some(SyntheticFootage::new(gait, settings)))
+        // Nothing of it is changed where it is kept, so a panic elsewhere leaves it whole.
+        let mut kept = self.synthetic.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |f: &SyntheticFootage| f.gait() == gait && *f.settings() == settings;
+        if let Some(footage) = kept.as_ref().filter(|f| same(f)) {
+            return Ok(Some(footage.clone()));
+        }
+        Ok(Some(kept.insert(SyntheticFootage::new(gait, settings)).clone()))
     }
 
     /// The files the footage is read from, in order; none when the shot has no footage or a

@@ -1,11 +1,11 @@
 //! Two mixtures of colours, animal and background, and the likelihood ratio of a pixel.
 
-use std::sync::{LazyLock, OnceLock};
+use std::sync::LazyLock;
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::colour_cube::ColourCube;
 use super::decisions::DecisionTables;
 use crate::error::{Error, Result};
 use crate::image::{Frame, Picture, Rectangle};
@@ -22,10 +22,6 @@ const MIN_SAMPLES: usize = 16;
 /// Variance under which colours do not differ, in CIE L*a*b* units squared: about the step of an
 /// 8-bit channel.
 const VARIANCE_FLOOR: f64 = 1.0;
-
-/// Bits a channel of the rough table: 6 put colours that differ by less than four levels of 255
-/// into one cell, which is below the noise of footage.
-const TABLE_BITS: u32 = 6;
 
 /// Share of each class that may have any colour at all, evenly over the 8-bit RGB cube. It keeps a
 /// colour that neither rectangle shows from being decided by the far tails of the Gaussians.
@@ -61,8 +57,9 @@ pub struct ColourModels {
     log_prior_odds: f64,
     /// Whether each colour is the animal's.
     tables: DecisionTables,
-    /// The same of each cell of a coarser cube.
-    rough: OnceLock<Vec<bool>>,
+    /// 1 for those cells of a coarser cube whose middle is the animal's, 0 for others: colours that
+    /// differ by less than four levels of 255 are in one, which is below the noise of footage.
+    rough: ColourCube,
 }
 
 impl ColourModels {
@@ -107,7 +104,7 @@ impl ColourModels {
             return Err(Error::setting("the rectangles", "hold at least two pixels each"));
         };
         let log_prior_odds = (settings.prior / (1.0 - settings.prior)).ln();
-        let (tables, rough) = (DecisionTables::default(), OnceLock::new());
+        let (tables, rough) = (DecisionTables::default(), ColourCube::new());
         Ok(Self { foreground, background, log_prior_odds, tables, rough })
     }
 
@@ -141,31 +138,13 @@ impl ColourModels {
     /// The same for a first guess: 64 colours are decided at once, by the one in their middle.
     #[must_use]
     pub fn classify_roughly(&self, picture: &Picture) -> Mask {
-        let table = self.rough.get_or_init(|| self.rough_table());
+        let decide = |rgb| if self.log_odds(rgb) > 0.0 { 1.0 } else { 0.0 };
         let mut mask = Mask::new(picture.width(), picture.height());
         for (y, row) in picture.rgb().chunks_exact(3 * picture.width()).enumerate() {
-            mask.set_row(y, row.chunks_exact(3).map(|p| table[cell([p[0], p[1], p[2]])]));
+            mask.set_row(y, row.as_chunks().0.iter().map(|rgb| self.rough.of(*rgb, decide) > 0.0));
         }
         mask
     }
-
-    fn rough_table(&self) -> Vec<bool> {
-        let side = 1_usize << TABLE_BITS;
-        let step = 256 / side;
-        let middle = |level: usize| (level * step + step / 2) as u8;
-        (0..side * side * side)
-            .into_par_iter()
-            .map(|at| {
-                let colour = [at / (side * side), at / side % side, at % side].map(middle);
-                self.log_odds(colour) > 0.0
-            })
-            .collect()
-    }
-}
-
-fn cell(rgb: [u8; 3]) -> usize {
-    let drop = 8 - TABLE_BITS;
-    rgb.iter().fold(0, |at, &c| at << TABLE_BITS | usize::from(c >> drop))
 }
 
 fn samples(
@@ -268,12 +247,13 @@ mod tests {
     fn the_rough_table_decides_nearly_as_the_mixtures_do() {
         let picture = two_halves([150, 110, 80], [120, 120, 70]);
         let models = ColourModels::fit(&picture, LEFT, RIGHT, &ColourSettings::default()).unwrap();
-        let (table, mut differing) = (models.rough_table(), 0);
+        let mut differing = 0;
         for code in (0..1 << 24).step_by(1009) {
             let rgb = [(code >> 16) as u8, (code >> 8) as u8, code as u8];
             let odds = models.log_odds(rgb);
             // Within a cell only colours close to the decision may differ.
-            if table[cell(rgb)] != (odds > 0.0) {
+            let pixel = Picture::from_rgb(1, 1, rgb.to_vec()).unwrap();
+            if models.classify_roughly(&pixel).get(0, 0) != (odds > 0.0) {
                 differing += 1;
                 assert!(odds.abs() < 25.0, "{rgb:?} {odds}");
             }

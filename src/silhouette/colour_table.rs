@@ -1,13 +1,10 @@
 //! The colours of animal and background over the whole clip, as one table.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
+use super::colour_cube::ColourCube;
 use super::lab_image::lab_of;
 use crate::numeric::{Mixture, MixtureSettings};
-
-/// Bits a channel of the table: cells of two units of L* and four of a* and b*.
-const BITS: u32 = 6;
 
 /// Gaussians of the animal's and of the background's mixture. More than the seed's, since the
 /// samples come from the whole clip: all lights, all backgrounds that pass.
@@ -27,10 +24,13 @@ const STRONGEST: f32 = 8.0;
 const OUTLIERS: f64 = 0.01;
 const LAB_VOLUME: f64 = 100.0 * 185.0 * 203.0;
 
-/// Logarithm of the likelihood ratio, animal over background, of each cell of L*a*b* bytes.
+/// Logarithm of the likelihood ratio, animal over background, of each cell of L*a*b* bytes: two units
+/// of L* and four of a* and b*.
 #[derive(Clone, Debug)]
 pub(super) struct ColourTable {
-    cells: Vec<f32>,
+    animal: Mixture,
+    background: Mixture,
+    cells: ColourCube,
 }
 
 impl ColourTable {
@@ -43,30 +43,21 @@ impl ColourTable {
             || fit(animal, ANIMAL_COMPONENTS),
             || fit(background, BACKGROUND_COMPONENTS),
         );
-        let (animal, background) = (animal?, background?);
-        let density = |mixture: &Mixture, x: &Vector3<f64>| {
-            (1.0 - OUTLIERS) * mixture.log_density(x).exp() + OUTLIERS / LAB_VOLUME
-        };
-        let side = 1_usize << BITS;
-        let step = 256 >> BITS;
-        let cells = (0..side * side * side)
-            .into_par_iter()
-            .with_min_len(side)
-            .map(|at| {
-                let middle = |level: usize| (level * step + step / 2) as u8;
-                let bytes = [at / (side * side), at / side % side, at % side].map(middle);
-                let x = colour(bytes);
-                ((density(&animal, &x) / density(&background, &x)).ln() as f32)
-                    .clamp(-STRONGEST, STRONGEST)
-            })
-            .collect();
-        Some(Self { cells })
+        Some(Self { animal: animal?, background: background?, cells: ColourCube::new() })
     }
 
     #[inline]
     pub(super) fn of(&self, bytes: [u8; 3]) -> f32 {
-        let drop = 8 - BITS;
-        self.cells[bytes.iter().fold(0, |at, &c| at << BITS | usize::from(c >> drop))]
+        self.cells.of(bytes, |middle| self.log_ratio(middle))
+    }
+
+    fn log_ratio(&self, bytes: [u8; 3]) -> f32 {
+        let x = colour(bytes);
+        let density = |mixture: &Mixture| {
+            (1.0 - OUTLIERS) * mixture.log_density(&x).exp() + OUTLIERS / LAB_VOLUME
+        };
+        ((density(&self.animal) / density(&self.background)).ln() as f32)
+            .clamp(-STRONGEST, STRONGEST)
     }
 }
 

@@ -237,17 +237,24 @@ impl Lessons<'_> {
     /// frames.
     fn colours(&self, evidence: &PlateEvidence) -> Samples {
         let step = (self.plates.len() / COLOUR_FRAMES).max(1);
+        let is_truth = |t: usize| self.truths.contains(&t);
+        let asked: Vec<(usize, &PlateDistances)> = (self.plates.iter().enumerate())
+            .filter(|(at, (t, _))| is_truth(**t) || at % step == 0)
+            .map(|(_, (t, plate))| (*t, plate))
+            .collect();
+        let sampled: Vec<Samples> = asked
+            .par_iter()
+            .map(|&(t, plate)| {
+                if is_truth(t) {
+                    self.known(t, plate, evidence)
+                } else {
+                    self.agreed(t, plate, evidence)
+                }
+            })
+            .collect();
         let mut samples = Samples::default();
-        for (at, (&t, plate)) in self.plates.iter().enumerate() {
-            let truth = self.truths.contains(&t);
-            if !truth && at % step != 0 {
-                continue;
-            }
-            let of_frame = if truth {
-                self.known(t, plate, evidence)
-            } else {
-                self.agreed(t, plate, evidence)
-            };
+        for ((t, _), of_frame) in asked.into_iter().zip(sampled) {
+            let truth = is_truth(t);
             let most = COLOUR_SAMPLES * if truth { CORRECTED_SAMPLES } else { 1 };
             let thin = |from: Vec<[u8; 3]>, to: &mut Vec<[u8; 3]>| {
                 let step = from.len().div_ceil(most).max(1);

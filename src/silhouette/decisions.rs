@@ -1,49 +1,75 @@
 //! The decision for every colour of 8 bits a channel, exact, each worked out when a picture first
 //! shows it.
 //!
-//! A clip shows some hundred thousand of the 2²⁴ colours. Their decisions are kept in two bits each,
-//! 4 MiB in all, in the order of the channels they are stored in: the 256 colours that differ in one
-//! channel only fill one cache line, so that the four pixels of a video that share their chroma look
-//! into one line.
+//! A clip shows some hundred thousand of the 2²⁴ colours. Their decisions are kept in a byte each, so
+//! that eight of them make the bits of eight pixels by one multiplication, in the order of the
+//! channels they are stored in: the 256 colours that differ in one channel only lie side by side, and
+//! a picture shows each two others with few levels of it, a cache line or two. Only what is near a
+//! colour that was met takes memory.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use crate::image::{Picture, YuvConversion, YuvMatrix, YuvPicture};
 use crate::mask::Mask;
 
 /// The two bits of a colour: whether it is known, and whether it is the animal's.
-const KNOWN: u64 = 2;
-const ANIMAL: u64 = 1;
+const KNOWN: u8 = 2;
+const ANIMAL: u8 = 1;
 
-/// The 256 colours of two fixed channels: 32 a word.
+/// The 256 colours of two fixed channels.
 #[repr(align(64))]
-struct Line([AtomicU64; 8]);
+struct Line([AtomicU8; 256]);
 
 impl Line {
     /// Decisions never change, so it does not matter in which order threads see them.
     #[inline]
-    fn at(&self, level: u8) -> u64 {
-        self.0[usize::from(level >> 5)].load(Ordering::Relaxed) >> (2 * (level & 31)) & 3
+    fn at(&self, level: u8) -> u8 {
+        self.0[usize::from(level)].load(Ordering::Relaxed)
     }
 
     fn learn(&self, level: u8, is_animal: bool) {
         let bits = KNOWN | if is_animal { ANIMAL } else { 0 };
-        self.0[usize::from(level >> 5)].fetch_or(bits << (2 * (level & 31)), Ordering::Relaxed);
+        self.0[usize::from(level)].store(bits, Ordering::Relaxed);
     }
 }
 
+/// The lines of one fixed channel.
+type Plane = Box<[Line; 256]>;
+
 /// The decisions met so far, by what two channels are (a line) and the third.
-pub(super) struct Decisions(Vec<Line>);
+pub(super) struct Decisions([OnceLock<Plane>; 256]);
+
+/// The decisions of eight pixels, a byte each, as one bit each, the first in the lowest; `None` unless
+/// all are known.
+#[inline]
+fn packed(decisions: u64) -> Option<u64> {
+    let all = |bits: u8| u64::from_le_bytes([bits; 8]);
+    // Byte i is moved to bit 56 + i by one of the multiplier's bits, and by no other above 56.
+    (decisions & all(KNOWN) == all(KNOWN))
+        .then(|| (decisions & all(ANIMAL)).wrapping_mul(0x0102_0408_1020_4080) >> 56)
+}
 
 impl Decisions {
     pub(super) fn new() -> Self {
-        let line = |_| Line(std::array::from_fn(|_| AtomicU64::new(0)));
-        Self((0..1 << 16).map(line).collect())
+        Self(std::array::from_fn(|_| OnceLock::new()))
     }
 
+    /// `None` while no colour near it was met.
     #[inline]
-    fn line(&self, first: u8, second: u8) -> &Line {
-        &self.0[usize::from(first) << 8 | usize::from(second)]
+    fn line(&self, first: u8, second: u8) -> Option<&Line> {
+        Some(&self.0[usize::from(first)].get()?[usize::from(second)])
+    }
+
+    fn learn(&self, [first, second, level]: [u8; 3], decide: impl FnOnce() -> bool) {
+        let plane = self.0[usize::from(first)].get_or_init(|| {
+            let line = |_| Line(std::array::from_fn(|_| AtomicU8::new(0)));
+            Box::new(std::array::from_fn(line))
+        });
+        let line = &plane[usize::from(second)];
+        if line.at(level) == 0 {
+            line.learn(level, decide());
+        }
     }
 
     /// The pixels of a picture whose colours `decide` gives to the animal. Lines are by green and
@@ -51,29 +77,32 @@ impl Decisions {
     pub(super) fn of_rgb(&self, picture: &Picture, decide: impl Fn([u8; 3]) -> bool) -> Mask {
         let mut mask = Mask::new(picture.width(), picture.height());
         for (y, row) in picture.rgb().chunks_exact(3 * picture.width().max(1)).enumerate() {
-            for (at, pixels) in row.chunks(3 * 64).enumerate() {
-                let look = || {
-                    let (mut bits, mut known) = (0, KNOWN);
-                    for (k, p) in pixels.chunks_exact(3).enumerate() {
-                        let found = self.line(p[1], p[2]).at(p[0]);
-                        bits |= (found & ANIMAL) << k;
-                        known &= found;
+            for (at, pixels) in row.as_chunks().0.chunks(64).enumerate() {
+                let bits = self.look_at_rgb(pixels).or_else(|| {
+                    for &rgb in pixels {
+                        self.learn([rgb[1], rgb[2], rgb[0]], || decide(rgb));
                     }
-                    (known != 0).then_some(bits)
-                };
-                let bits = look().or_else(|| {
-                    for p in pixels.chunks_exact(3) {
-                        let line = self.line(p[1], p[2]);
-                        if line.at(p[0]) == 0 {
-                            line.learn(p[0], decide([p[0], p[1], p[2]]));
-                        }
-                    }
-                    look()
+                    self.look_at_rgb(pixels)
                 });
                 mask.set_word(y, at, bits.unwrap_or(0));
             }
         }
         mask
+    }
+
+    /// The animal's bits of up to 64 pixels, if all their colours are known.
+    #[inline]
+    fn look_at_rgb(&self, pixels: &[[u8; 3]]) -> Option<u64> {
+        let mut bits = 0;
+        for (at, eight) in pixels.chunks(8).enumerate() {
+            // What is missing at a row's end is known to be ground.
+            let mut found = [KNOWN; 8];
+            for (found, p) in found.iter_mut().zip(eight) {
+                *found = self.line(p[1], p[2])?.at(p[0]);
+            }
+            bits |= packed(u64::from_le_bytes(found))? << (8 * at);
+        }
+        Some(bits)
     }
 
     /// The same of a picture in luma and chroma, each colour decided as the red, green and blue it
@@ -113,38 +142,69 @@ impl Block<'_> {
     /// The animal's bits of the upper and the lower row, if all colours are known.
     #[inline]
     fn look(&self, decisions: &Decisions) -> Option<[u64; 2]> {
-        let (mut upper, mut lower, mut known) = (0, 0, KNOWN);
-        let luma = self.upper.chunks_exact(2).zip(self.lower.chunks_exact(2));
-        for (k, ((&u, &v), (a, b))) in self.us.iter().zip(self.vs).zip(luma).enumerate() {
-            let line = decisions.line(u, v);
-            let [a, c] = [line.at(a[0]), line.at(a[1])];
-            let [b, d] = [line.at(b[0]), line.at(b[1])];
-            upper |= (a & ANIMAL | (c & ANIMAL) << 1) << (2 * k);
-            lower |= (b & ANIMAL | (d & ANIMAL) << 1) << (2 * k);
-            known &= a & b & c & d;
+        let mut bits = [0, 0];
+        let (us, last_us) = self.us.as_chunks();
+        let (vs, last_vs) = self.vs.as_chunks();
+        let (upper, last_upper) = self.upper.as_chunks();
+        let (lower, last_lower) = self.lower.as_chunks();
+        let chroma = us.iter().zip(vs);
+        for (at, ((us, vs), luma)) in chroma.zip(upper.iter().zip(lower)).enumerate() {
+            for (bits, found) in bits.iter_mut().zip(eight(decisions, us, vs, luma)?) {
+                *bits |= found << (8 * at);
+            }
         }
-        (known != 0).then_some([upper, lower])
+        if !last_us.is_empty() {
+            let [us, vs] = [last_us, last_vs].map(filled_up);
+            let luma = [last_upper, last_lower].map(filled_up);
+            let found = eight(decisions, &us, &vs, (&luma[0], &luma[1]))?;
+            for (bits, found) in bits.iter_mut().zip(found) {
+                let there = (1 << last_upper.len()) - 1;
+                *bits |= (found & there) << (8 * upper.len());
+            }
+        }
+        Some(bits)
     }
 
     fn learn(&self, decisions: &Decisions, decide: impl Fn(u8, u8, u8) -> bool) {
         let luma = self.upper.chunks_exact(2).zip(self.lower.chunks_exact(2));
         for ((&u, &v), (a, b)) in self.us.iter().zip(self.vs).zip(luma) {
-            let line = decisions.line(u, v);
             for &y in a.iter().chain(b) {
-                if line.at(y) == 0 {
-                    line.learn(y, decide(y, u, v));
-                }
+                decisions.learn([u, v, y], || decide(y, u, v));
             }
         }
     }
+}
+
+/// The animal's bits of eight columns of two rows, if all colours are known.
+#[inline]
+fn eight(
+    decisions: &Decisions,
+    us: &[u8; 4],
+    vs: &[u8; 4],
+    (upper, lower): (&[u8; 8], &[u8; 8]),
+) -> Option<[u64; 2]> {
+    let (mut above, mut below) = (0, 0);
+    for k in 0..4 {
+        let line = decisions.line(us[k], vs[k])?;
+        for x in [2 * k, 2 * k + 1] {
+            above |= u64::from(line.at(upper[x])) << (8 * x);
+            below |= u64::from(line.at(lower[x])) << (8 * x);
+        }
+    }
+    Some([packed(above)?, packed(below)?])
+}
+
+/// A row's end with its last value once more for what is missing, of which is known as much.
+fn filled_up<const N: usize>(end: &[u8]) -> [u8; N] {
+    std::array::from_fn(|i| end.get(i).or(end.last()).copied().unwrap_or(0))
 }
 
 /// Tables of one model: by red, green and blue, and by luma and chroma of one matrix. Each is made
 /// when first needed.
 #[derive(Default)]
 pub(super) struct DecisionTables {
-    rgb: std::sync::OnceLock<Decisions>,
-    yuv: std::sync::OnceLock<(YuvMatrix, Decisions)>,
+    rgb: OnceLock<Decisions>,
+    yuv: OnceLock<(YuvMatrix, Decisions)>,
 }
 
 impl DecisionTables {

@@ -6,6 +6,7 @@ mod back;
 mod base_drafts;
 mod clip;
 mod colour;
+mod colour_cube;
 mod colour_table;
 mod correction;
 mod cues;
@@ -29,6 +30,7 @@ mod scale_trend;
 mod segmenter;
 mod track;
 mod warp;
+mod warp_row;
 mod window;
 
 pub use area_jumps::{area_jumps, flag_area_jumps};

@@ -4,25 +4,14 @@ use nalgebra::Matrix3;
 
 use super::lab_image::{LabImage, Region};
 use super::plate::UNKNOWN;
+use super::warp_row::{COLUMNS, Line, Row, SPAN, STEPS};
 use crate::mask::Mask;
-
-/// Steps a pixel is divided into for interpolation, each way, as a power of two: the product of two
-/// weights and a byte fits 16 bits, so that vectors of these do.
-const STEP_BITS: u32 = 4;
-const STEPS: i32 = 1 << STEP_BITS;
-
-/// Bits of the fraction of a coordinate.
-const FRACTION_BITS: u32 = 12;
-
-/// Half a step, which makes the weights those of the nearest one.
-const HALF_STEP: i32 = 1 << (FRACTION_BITS - STEP_BITS - 1);
-
-/// Pixels of a row whose places are interpolated between those of the first and the one after the
-/// last: within a span of eight a camera's perspective bends them by some thousandths of a pixel.
-const SPAN: usize = 8;
 
 /// How far outside the other picture a point may lie, pixels: a camera at rest sees its border.
 const SLACK_PX: f32 = 0.01;
+
+/// Depth of a pixel, about one, below which the perspective of a camera is no more than a fluke.
+const LEAST_DEPTH: f64 = 1e-3;
 
 /// A picture ready to be looked at from other frames.
 pub(super) struct Source<'a> {
@@ -30,9 +19,6 @@ pub(super) struct Source<'a> {
     /// 255 where the animal may be.
     animal: Vec<u8>,
 }
-
-/// What a span looks at: L*, a*, b* and 255 where the animal may be.
-type Seen = [[u8; SPAN]; 4];
 
 impl<'a> Source<'a> {
     pub(super) fn of(image: &'a LabImage, animal: &Mask) -> Self {
@@ -45,27 +31,20 @@ impl<'a> Source<'a> {
         Self { image, animal: there }
     }
 
-    fn width(&self) -> usize {
+    pub(super) fn width(&self) -> usize {
         self.image.width()
     }
 
-    fn planes(&self) -> [&[u8]; 4] {
+    /// Whether there are three rows of [`COLUMNS`] bytes from a pixel on.
+    #[inline]
+    pub(super) fn has_rows(&self, corner: usize) -> bool {
+        corner + 2 * self.width() + COLUMNS <= self.animal.len()
+    }
+
+    pub(super) fn planes(&self) -> [&[u8]; 4] {
         let [l, a, b] = self.image.planes();
         [l, a, b, &self.animal]
     }
-}
-
-/// The value between four pixels, by weights of its way from left to right and from top to bottom.
-/// Differences may be less than zero; in the sum, modulo 2¹⁶, all is paid back.
-#[expect(clippy::inline_always, reason = "the innermost loop, which is made vectors of")]
-#[inline(always)]
-fn between(top: [u8; 2], bottom: [u8; 2], fx: u16, fy: u16) -> u8 {
-    let along = |from: u16, to: u16, f: u16| {
-        (from << STEP_BITS).wrapping_add(to.wrapping_sub(from).wrapping_mul(f))
-    };
-    let [left, right] = std::array::from_fn(|x| along(top[x].into(), bottom[x].into(), fy));
-    // Half of 256: rounded.
-    (along(left, right, fx).wrapping_add(128) >> (2 * STEP_BITS)) as u8
 }
 
 /// A picture laid over a region of this frame by the camera's motion.
@@ -84,30 +63,32 @@ impl Warped {
             return Self::seen_at_rest(other, region);
         }
         let (w, pixels) = (region.width(), region.pixels());
-        let [mut l, mut a, mut b, mut outside, mut not_background] =
-            std::array::from_fn(|_| vec![0_u8; pixels]);
-        let way = Way::new(to_other, other);
+        let way = Way::new(to_other, other, region);
+        // L*, a*, b*, what is no background and what is outside.
+        let mut planes: [Vec<u8>; 5] = std::array::from_fn(|_| vec![0; pixels]);
+        let spans = w.div_ceil(SPAN);
+        let mut row = Row::new(spans);
+        let mut places = vec![(0.0, 0.0); spans + 1];
         for y in region.top..region.bottom {
-            let row = (y - region.top) * w;
-            for first in (0..w).step_by(SPAN) {
-                let count = SPAN.min(w - first);
-                let span = row + first..row + first + count;
-                let mut seen = [[0; SPAN]; 4];
-                let (x, y) = ((region.left + first) as f32, y as f32);
-                let inside = way.look(other, x, y, &mut seen);
-                l[span.clone()].copy_from_slice(&seen[0][..count]);
-                a[span.clone()].copy_from_slice(&seen[1][..count]);
-                b[span.clone()].copy_from_slice(&seen[2][..count]);
-                // All bits are that of 128.
-                let mut hidden = seen[3].map(|there| (there >> 7).wrapping_neg());
-                if let Some(inside) = inside {
-                    let none = inside.map(|inside| if inside { 0 } else { UNKNOWN });
-                    hidden = std::array::from_fn(|i| hidden[i] | none[i]);
-                    outside[span.clone()].copy_from_slice(&none[..count]);
-                }
-                not_background[span].copy_from_slice(&hidden[..count]);
+            way.places(region.left as f32, y as f32, &mut places);
+            for (at, ends) in places.array_windows().enumerate() {
+                let first = ((region.left + at * SPAN) as f32, y as f32);
+                row.outside[at] = way.look(other, first, *ends, at, &mut row);
+            }
+            let start = (y - region.top) * w;
+            let [l, a, b, hidden, outside] =
+                planes.each_mut().map(|plane| &mut plane[start..start + w]);
+            row.interpolate(0, l);
+            row.interpolate(1, a);
+            row.interpolate(2, b);
+            row.interpolate(3, hidden);
+            outside.copy_from_slice(&row.outside.as_flattened()[..w]);
+            // Of the animal's share all bits become that of 128.
+            for (hidden, outside) in hidden.iter_mut().zip(outside) {
+                *hidden = (*hidden >> 7).wrapping_neg() | *outside;
             }
         }
+        let [l, a, b, not_background, outside] = planes;
         let image = LabImage::from_planes(w, region.height(), [l, a, b]);
         Self { image, outside, not_background }
     }
@@ -128,13 +109,24 @@ struct Way {
     m: [f32; 9],
     /// The last column and row of the other picture.
     last: (f32, f32),
+    /// Whether the whole region lies in front of the other camera, which keeps what is between two
+    /// pixels between their places.
+    in_front: bool,
 }
 
 impl Way {
-    fn new(to_other: &Matrix3<f64>, other: &Source) -> Self {
+    fn new(to_other: &Matrix3<f64>, other: &Source, region: Region) -> Self {
+        let depth = |x: usize, y: usize| {
+            to_other[(2, 0)] * x as f64 + to_other[(2, 1)] * y as f64 + to_other[(2, 2)]
+        };
+        // A plane over the region is least at one of its corners; spans reach beyond its right side.
+        let (left, right) = (region.left, region.right + SPAN);
+        let corners = [(left, region.top), (right, region.top), (left, region.bottom)];
+        let corners = corners.into_iter().chain([(right, region.bottom)]);
         Self {
             m: std::array::from_fn(|i| to_other[(i / 3, i % 3)] as f32),
             last: ((other.width() - 1) as f32, (other.image.height() - 1) as f32),
+            in_front: corners.into_iter().all(|(x, y)| depth(x, y) > LEAST_DEPTH),
         }
     }
 
@@ -145,25 +137,62 @@ impl Way {
         ((m[0] * x + m[1] * y + m[2]) * depth, (m[3] * x + m[4] * y + m[5]) * depth)
     }
 
-    /// What the pixels from (`x`, `y`) to the right look at, and whether there is anything; `None`
-    /// where there is for all of them.
+    /// The places of every eighth pixel of a row, from (`left`, `y`) on.
+    fn places(&self, left: f32, y: f32, places: &mut [(f32, f32)]) {
+        for (at, place) in places.iter_mut().enumerate() {
+            *place = self.place(left + (at * SPAN) as f32, y);
+        }
+    }
+
+    /// Gathers what the pixels from (`x`, `y`) to the right look at, the first of them and the one
+    /// after the last at `ends`, as span `at` of a row. [`UNKNOWN`] for those that look at nothing,
+    /// else 0.
     #[inline]
-    fn look(&self, other: &Source, x: f32, y: f32, seen: &mut Seen) -> Option<[bool; SPAN]> {
-        let ends = [self.place(x, y), self.place(x + SPAN as f32, y)];
+    fn look(
+        &self,
+        other: &Source,
+        (x, y): (f32, f32),
+        ends: [(f32, f32); 2],
+        at: usize,
+        row: &mut Row,
+    ) -> [u8; SPAN] {
         // Comparisons with NaN are false. A pole between the ends would part them widely.
         let well_inside = |&(sx, sy): &(f32, f32)| {
             sx >= 0.0 && sy >= 0.0 && sx < self.last.0 - 0.5 && sy < self.last.1 - 0.5
         };
         if ends.iter().all(well_inside) && (ends[1].0 - ends[0].0).abs() < 4.0 * SPAN as f32 {
-            look_along(other, ends, seen);
-            return None;
+            row.gather(at, other, &Line::between(ends));
+            return [0; SPAN];
         }
-        Some(std::array::from_fn(|i| self.look_at(other, x + i as f32, y, i, seen)))
+        row.clear(at);
+        if self.in_front && self.beyond(ends) {
+            return [UNKNOWN; SPAN];
+        }
+        std::array::from_fn(|i| {
+            let inside = self.look_at(other, (x + i as f32, y), (at, i), row);
+            if inside { 0 } else { UNKNOWN }
+        })
+    }
+
+    /// Whether both ends lie to one side of the other picture, clearly enough that all between them
+    /// do.
+    fn beyond(&self, ends: [(f32, f32); 2]) -> bool {
+        let both = |is: &dyn Fn((f32, f32)) -> bool| is(ends[0]) && is(ends[1]);
+        both(&|(sx, _)| sx < -1.0)
+            || both(&|(_, sy)| sy < -1.0)
+            || both(&|(sx, _)| sx > self.last.0 + 1.0)
+            || both(&|(_, sy)| sy > self.last.1 + 1.0)
     }
 
     /// One point, which may lie outside; says whether it does not.
     #[cold]
-    fn look_at(&self, other: &Source, x: f32, y: f32, i: usize, seen: &mut Seen) -> bool {
+    fn look_at(
+        &self,
+        other: &Source,
+        (x, y): (f32, f32),
+        point: (usize, usize),
+        row: &mut Row,
+    ) -> bool {
         let (sx, sy) = self.place(x, y);
         let (last_x, last_y) = self.last;
         // Written so that a NaN lies outside.
@@ -175,65 +204,10 @@ impl Way {
             let x0 = (sx as usize).min(width - 2);
             let y0 = (sy as usize).min(other.image.height() - 2);
             let weight = |s: f32, low: usize| ((s - low as f32) * STEPS as f32 + 0.5) as u16;
-            look_between(other, y0 * width + x0, (weight(sx, x0), weight(sy, y0)), i, seen);
+            let weights = [weight(sx, x0), weight(sy, y0)];
+            row.gather_one(point, other, y0 * width + x0, weights);
         }
         inside
-    }
-}
-
-/// The points of a span that lies inside.
-#[inline]
-fn look_along(other: &Source, ends: [(f32, f32); 2], seen: &mut Seen) {
-    let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
-    let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
-    let (dx, dy) = (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1));
-    let (sx, sy) = (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP);
-    let place = |x: i32, y: i32| {
-        (y >> FRACTION_BITS) as usize * other.width() + (x >> FRACTION_BITS) as usize
-    };
-    let weight = |s: i32| (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16;
-    // Along a row of the other picture, pixel by pixel, when neither fraction leaves its pixel
-    // beside steps of exactly one.
-    let last = SPAN as i32 - 1;
-    let whole = 1 << FRACTION_BITS;
-    let stays = |s: i32, by: i32| (0..whole).contains(&((s & (whole - 1)) + last * by));
-    if stays(sx, dx - whole) && stays(sy, dy) {
-        let fx = std::array::from_fn(|i| weight(sx + i as i32 * dx));
-        let fy = std::array::from_fn(|i| weight(sy + i as i32 * dy));
-        look_along_row(other, place(sx, sy), (&fx, &fy), seen);
-        return;
-    }
-    for i in 0..SPAN {
-        let (x, y) = (sx + i as i32 * dx, sy + i as i32 * dy);
-        look_between(other, place(x, y), (weight(x), weight(y)), i, seen);
-    }
-}
-
-/// Eight neighbouring pixels at once.
-#[inline]
-fn look_along_row(
-    other: &Source,
-    corner: usize,
-    (fx, fy): (&[u16; SPAN], &[u16; SPAN]),
-    seen: &mut Seen,
-) {
-    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
-        let top: &[u8; SPAN + 1] = plane[corner..].first_chunk().unwrap_or(&[0; SPAN + 1]);
-        let bottom: &[u8; SPAN + 1] =
-            plane[corner + other.width()..].first_chunk().unwrap_or(&[0; SPAN + 1]);
-        for i in 0..SPAN {
-            seen[i] = between([top[i], top[i + 1]], [bottom[i], bottom[i + 1]], fx[i], fy[i]);
-        }
-    }
-}
-
-/// One point between the pixel `corner` and those right of and below it.
-#[inline]
-fn look_between(other: &Source, corner: usize, (fx, fy): (u16, u16), i: usize, seen: &mut Seen) {
-    for (seen, plane) in seen.iter_mut().zip(other.planes()) {
-        let here = &plane[corner..corner + other.width() + 2];
-        let (top, bottom) = ([here[0], here[1]], [here[other.width()], here[other.width() + 1]]);
-        seen[i] = between(top, bottom, fx, fy);
     }
 }
 
@@ -271,6 +245,34 @@ mod tests {
     }
 
     proptest! {
+        /// Spans that lie beside the other picture as a whole, against each of their pixels.
+        #[test]
+        fn what_is_beside_the_other_picture_looks_at_nothing(
+            values in proptest::collection::vec(proptest::num::u8::ANY, 12 * 9),
+            shift in (-30.0_f64..30.0, -30.0_f64..30.0),
+            tilt in (-0.04_f64..0.04, -0.04_f64..0.04),
+        ) {
+            let picture = picture(12, 9, &values);
+            let other = Source::of(&picture, &Mask::new(12, 9));
+            let m = Matrix3::new(1.0, 0.1, shift.0, -0.1, 1.0, shift.1, tilt.0, tilt.1, 1.0);
+            let region = Region { left: 0, top: 0, right: 24, bottom: 20 };
+            let warped = Warped::of(&other, &m, region);
+            let mut way = Way::new(&m, &other, region);
+            way.in_front = false;
+            for y in 0..20 {
+                let ends = |x: usize| [x, x + SPAN].map(|x| way.place(x as f32, y as f32));
+                for x in [0, SPAN, 2 * SPAN] {
+                    let mut row = Row::new(1);
+                    let none = way.look(&other, (x as f32, y as f32), ends(x), 0, &mut row);
+                    let mut seen = [0; SPAN];
+                    row.interpolate(1, &mut seen);
+                    let at = y * 24 + x;
+                    prop_assert_eq!(&warped.outside[at..at + SPAN], &none);
+                    prop_assert_eq!(&warped.image.planes()[1][at..at + SPAN], &seen);
+                }
+            }
+        }
+
         /// Against bilinear interpolation in double precision, to the step of the weights.
         #[test]
         fn values_are_those_between_the_four_pixels_about_each_point(

@@ -1,6 +1,7 @@
 //! Footage of the horse, with the truth beside it.
 
 use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,9 @@ use crate::rig::Model;
 
 /// Most frames that are drawn side by side.
 const MOST_AHEAD: usize = 8;
+
+/// Footage whose pictures take more bytes than this is drawn anew each time it is read.
+const MOST_KEPT_BYTES: usize = 64 << 20;
 
 /// What is filmed and how.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,7 +56,8 @@ impl Default for SyntheticSettings {
     }
 }
 
-/// The horse in a gait, filmed by a camera that pans along with it.
+/// The horse in a gait, filmed by a camera that pans along with it. Clones share the pictures that
+/// any of them has drawn.
 #[derive(Clone, Debug)]
 pub struct SyntheticFootage {
     gait: Gait,
@@ -61,6 +66,8 @@ pub struct SyntheticFootage {
     camera: Camera,
     next: usize,
     end: usize,
+    /// The pictures drawn so far; no places for them in footage that is too large.
+    kept: Arc<[OnceLock<Picture>]>,
     /// The frames from `next` on that are drawn already, and how many are drawn next time: one at
     /// first, since often one is all that is wanted.
     drawn: VecDeque<Picture>,
@@ -81,6 +88,8 @@ impl SyntheticFootage {
         let stride: Vec<_> =
             (0..24).map(|i| gait.pose(&model.skeleton, f64::from(i) / 24.0).pose).collect();
         let camera = Camera::framing(&model, &stride, view);
+        let bytes = settings.frames.saturating_mul(3 * settings.width * settings.height);
+        let kept = if bytes <= MOST_KEPT_BYTES { settings.frames } else { 0 };
         Self {
             gait,
             settings,
@@ -88,6 +97,7 @@ impl SyntheticFootage {
             camera,
             next: 0,
             end: settings.frames,
+            kept: (0..kept).map(|_| OnceLock::new()).collect(),
             drawn: VecDeque::new(),
             ahead: 1,
         }
@@ -147,6 +157,13 @@ impl SyntheticFootage {
     /// The picture of a frame.
     #[must_use]
     pub fn picture(&self, frame: usize) -> Picture {
+        match self.kept.get(frame) {
+            Some(kept) => kept.get_or_init(|| self.draw(frame)).clone(),
+            None => self.draw(frame),
+        }
+    }
+
+    fn draw(&self, frame: usize) -> Picture {
         // One stride's way in pixels, at the speed of the stance feet.
         let way = self.gait.speed_m_s() * self.gait.stride_s() * self.camera.pixels_per_unit();
         let shift = way * self.phase_cycles(frame) * self.settings.yaw_rad.cos();
@@ -197,6 +214,8 @@ impl FrameSource for SyntheticFootage {
     fn skip_frame(&mut self) -> Result<bool> {
         let any = self.next < self.end;
         self.drawn.pop_front();
+        // Who leaves frames out is likely to go on with that.
+        self.ahead = 1;
         self.next += usize::from(any);
         Ok(any)
     }
@@ -266,6 +285,19 @@ mod tests {
             assert_eq!(count(clear), 0);
             assert!(clear.width * clear.height > 1000, "{gait} {clear:?}");
         }
+    }
+
+    #[test]
+    fn a_picture_that_was_kept_is_the_one_that_is_drawn() {
+        let small = SyntheticSettings { frames: 4, ..SyntheticSettings::default() };
+        let large = SyntheticSettings { frames: 100_000, ..small };
+        let (small, large) =
+            (SyntheticFootage::new(Gait::Walk, small), SyntheticFootage::new(Gait::Walk, large));
+        assert_eq!((small.kept.len(), large.kept.len()), (4, 0));
+        let drawn = small.clone().picture(2);
+        assert!(small.kept[2].get().is_some() && small.kept[1].get().is_none());
+        assert_eq!(drawn, small.picture(2));
+        assert_eq!(drawn, large.picture(2));
     }
 
     #[test]

@@ -48,12 +48,16 @@ pub(super) fn cover(
         if last < 0.0 { 0..0 } else { first..last as usize + 1 }
     };
     let columns = span([a.x, b.x, c.x], width);
+    // A share must exceed this: nothing is between it and zero, which an edge that is owned may have.
+    let limits = [(&b, &c), (&c, &a), (&a, &b)]
+        .map(|(from, to)| if owns_edge(from, to) { -f64::from_bits(1) } else { 0.0 });
     for y in span([a.y, b.y, c.y], height) {
         for x in columns.clone() {
             let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
             let shares = [edge(&b, &c, px, py), edge(&c, &a, px, py), edge(&a, &b, px, py)];
-            let owns = [owns_edge(&b, &c), owns_edge(&c, &a), owns_edge(&a, &b)];
-            let inside = shares.iter().zip(owns).all(|(&s, own)| s > 0.0 || (s == 0.0 && own));
+            // All three are compared: that has fewer branches to be wrong about.
+            let inside =
+                (shares[0] > limits[0]) & (shares[1] > limits[1]) & (shares[2] > limits[2]);
             if inside {
                 let depth = (shares[0] * a.z + shares[1] * b.z + shares[2] * c.z) / doubled;
                 paint(x, y, depth);

@@ -1,7 +1,7 @@
 //! A coloured picture of the horse over a textured background that moves with the ground.
 
 use nalgebra::Vector3;
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::camera::Camera;
@@ -37,20 +37,51 @@ pub(super) fn picture(
     let coats: Vec<[f64; 3]> =
         model.meshes.iter().map(|m| coat_colour(&model.skeleton.nodes[m.node].name)).collect();
     draw(model, pose, camera, &|mesh, _| coats[mesh], &mut colours);
-    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (frame as u64 + 1).wrapping_mul(0x9E37_79B9));
-    let rgb = colours
-        .iter()
-        .flatten()
-        .map(|value| {
-            // The sum of four uniform numbers is close to normal, and the same on every platform.
-            let noise: f64 = (0..4).map(|_| rng.random_range(-1.0..1.0)).sum::<f64>() * 0.866;
-            level(value + SENSOR_NOISE * noise)
-        })
-        .collect();
+    let mut noise = SensorNoise::new(seed, frame, width);
+    let mut rgb = Vec::with_capacity(3 * width * height);
+    for row in colours.chunks_exact(width.max(1)) {
+        let noisy = row.as_flattened().iter().zip(noise.row());
+        rgb.extend(noisy.map(|(value, noise)| level(value + SENSOR_NOISE * noise)));
+    }
     // The length is that of the pixels by construction; a black picture would be seen at once.
     Picture::from_rgb(width, height, rgb)
         .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
 }
+
+/// Noise of about unit deviation for each channel of each pixel, a row at a time.
+struct SensorNoise {
+    random: ChaCha8Rng,
+    bytes: Vec<u8>,
+}
+
+/// Random numbers a value is the sum of: of four uniform ones it is close to normal, and the same on
+/// every platform.
+const SUMMANDS: usize = 4;
+
+impl SensorNoise {
+    fn new(seed: u64, frame: usize, width: usize) -> Self {
+        let seed = seed ^ (frame as u64 + 1).wrapping_mul(0x9E37_79B9);
+        let bytes = vec![0; 3 * width * SUMMANDS * size_of::<u64>()];
+        Self { random: ChaCha8Rng::seed_from_u64(seed), bytes }
+    }
+
+    /// That of the next row.
+    fn row(&mut self) -> impl Iterator<Item = f64> {
+        self.random.fill_bytes(&mut self.bytes);
+        self.bytes.as_chunks::<{ SUMMANDS * size_of::<u64>() }>().0.iter().map(|four| {
+            // Uniform numbers from −1 to 1 are whole multiples of 2⁻⁵¹, and so are sums of four, which
+            // fit 53 bits: they are added as integers, to the bit what the library gives as numbers.
+            let sum: u64 = (four.as_chunks().0.iter())
+                .map(|bytes| u64::from_le_bytes(*bytes) >> UNIFORM_SHIFT)
+                .sum();
+            let centred = sum as i64 - ((SUMMANDS as i64) << 51);
+            centred as f64 * (1.0 / (1_u64 << 51) as f64) * 0.866
+        })
+    }
+}
+
+/// Bits by which 64 random ones exceed the 52 of a uniform number.
+const UNIFORM_SHIFT: u32 = 12;
 
 /// A picture of a rig in a pose on a plain ground, each triangle in one colour, lit from above.
 /// `colour` gives that of a mesh's triangle, sRGB levels of 255.
@@ -212,7 +243,24 @@ fn floor(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use rand::RngExt;
+
     use super::*;
+
+    #[test]
+    fn noise_is_the_sum_of_the_librarys_uniform_numbers() {
+        let (seed, frame, width) = (42, 7, 33);
+        let mut noise = SensorNoise::new(seed, frame, width);
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ (8 * 0x9E37_79B9));
+        for _ in 0..9 {
+            let found: Vec<f64> = noise.row().collect();
+            assert_eq!(found.len(), 3 * width);
+            for found in found {
+                let sum: f64 = (0..4).map(|_| random.random_range(-1.0..1.0)).sum();
+                assert_eq!(found.to_bits(), (sum * 0.866).to_bits());
+            }
+        }
+    }
 
     #[test]
     fn levels_and_floors_are_those_of_the_library() {

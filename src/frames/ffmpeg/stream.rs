@@ -17,8 +17,9 @@ pub(super) const LINES_SHOWN: usize = 6;
 /// Exit code of ffmpeg when it ends on Ctrl-C or a polite kill (`ffmpeg.c`).
 pub(super) const STOPPED_BY_SIGNAL: i32 = 255;
 
-/// Bytes read from the pipe at once.
-const PIPE_BUFFER: usize = 1 << 20;
+/// Bytes of the pipe that are read ahead: little more than a picture's header, since pixels that lie in
+/// the buffer are copied once more. The others are read to where they stay.
+const PIPE_BUFFER: usize = 4096;
 
 /// Words in ffmpeg's error messages that mean picture data are missing or wrong. ffmpeg paints
 /// over such places and ends with success, so the words are all there is. Collected from its

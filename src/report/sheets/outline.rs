@@ -51,7 +51,8 @@ pub(in crate::report) fn draw_outline(
     for (x, y, pixel) in picture.enumerate_pixels_mut() {
         let squared = to_inside.get_pixel(x, y)[0].max(to_outside.get_pixel(x, y)[0]);
         let from_edge = squared.sqrt() - 0.5;
-        if !from_edge.is_finite() {
+        // Most pixels are beyond the line, those of a picture without an edge infinitely.
+        if from_edge >= 0.5 * outline.width_px + SEAM_PX + 0.5 {
             continue;
         }
         let within = |half: f64| (half + 0.5 - from_edge).clamp(0.0, 1.0);
