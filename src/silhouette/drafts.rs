@@ -266,11 +266,8 @@ impl Clip {
         let mut last: Option<Mask> = None;
         let mut drafts = Vec::with_capacity(span.len());
         for (t, (found, carried)) in span.zip(cuts) {
-            let expected = match &last {
-                Some(last) => masks[t].or(last),
-                None => masks[t].clone(),
-            };
-            let mask = animal(&found, &expected, carried.as_ref().map(|c| &c.expected));
+            let expected = carried.as_ref().map(|c| &c.expected);
+            let mask = animal(&found, &masks[t], last.as_ref(), expected);
             last = Some(mask.clone());
             let plate = plates.remove(&t)?;
             drafts.push(Draft { mask, plate, cues: 0, carried });

@@ -17,6 +17,7 @@ mod field;
 mod frame_report;
 mod lab_image;
 mod least_sure;
+mod light;
 mod likeness;
 mod location;
 mod occlusions;
