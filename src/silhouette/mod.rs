@@ -27,6 +27,7 @@ mod resemblance;
 mod scale;
 mod scale_trend;
 mod segmenter;
+mod shadow;
 mod track;
 mod warp;
 mod window;

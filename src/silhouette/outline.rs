@@ -8,6 +8,7 @@ use super::field::{Fall, Known, least_cost};
 use super::lab_image::{LabImage, Region};
 use super::location::signed_distances;
 use super::scale::Scale;
+use super::shadow;
 use crate::image::Picture;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -138,6 +139,12 @@ impl Part {
         let mut seen = blurred(&colour, w, h);
         for ((seen, plate), distance) in seen.iter_mut().zip(&plate).zip(&self.signed) {
             *seen = if distance.abs() <= self.asked { *seen + plate } else { 0.0 };
+        }
+        if let Some(shadow) = &draft.shadow {
+            let there = of_part(&|x, y| f32::from(u8::from(shadow.get(x, y))));
+            for (seen, share) in seen.iter_mut().zip(self.scale.sampled(&there, r)) {
+                *seen += share * (shadow::AGAINST - *seen);
+            }
         }
         if let Some(resemblance) = draft.carried.as_ref().and_then(|c| c.resemblance.as_ref()) {
             let odds = of_part(&|x, y| resemblance.log_odds(x, y));
