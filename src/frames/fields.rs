@@ -54,7 +54,8 @@ fn is_combed(picture: &Picture) -> bool {
             }
         }
     }
-    upright as f64 > COMBED_SHARE * (w * h) as f64 && upright as f64 > OVER_SIDEWAYS * sideways as f64
+    upright as f64 > COMBED_SHARE * (w * h) as f64
+        && upright as f64 > OVER_SIDEWAYS * sideways as f64
 }
 
 /// Whether five values in a row go to and fro between two levels.

@@ -91,8 +91,7 @@ impl ClipSegmenter {
     ) -> Result<Self> {
         let size = (first.width(), first.height());
         let sketch = within(size, SKETCH_PIXELS);
-        let guess =
-            Segmenter::new(first, foreground, background, settings)?.on_size(sketch, size);
+        let guess = Segmenter::new(first, foreground, background, settings)?.on_size(sketch, size);
         Ok(Self {
             guess_before: guess.clone(),
             light: None,

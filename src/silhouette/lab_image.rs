@@ -98,7 +98,8 @@ impl LabImage {
 
     /// The picture with these colours, as near as bytes say.
     pub(super) fn picture(&self) -> Option<Picture> {
-        let curve = |f: f32| if f > 6.0 / 29.0 { f.powi(3) } else { (f - 4.0 / 29.0) * 0.128_418_55 };
+        let curve =
+            |f: f32| if f > 6.0 / 29.0 { f.powi(3) } else { (f - 4.0 / 29.0) * 0.128_418_55 };
         let code = |v: f32| {
             let v = v.clamp(0.0, 1.0);
             let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
@@ -108,11 +109,8 @@ impl LabImage {
             .flat_map(|at| {
                 let [l, a, b] = lab_of(self.at(at));
                 let f = (l + 16.0) / 116.0;
-                let (x, y, z) = (
-                    0.950_47 * curve(f + a / 500.0),
-                    curve(f),
-                    1.088_83 * curve(f - b / 200.0),
-                );
+                let (x, y, z) =
+                    (0.950_47 * curve(f + a / 500.0), curve(f), 1.088_83 * curve(f - b / 200.0));
                 [
                     code(3.240_454 * x - 1.537_139 * y - 0.498_531 * z),
                     code(-0.969_266 * x + 1.876_011 * y + 0.041_556 * z),
@@ -238,7 +236,10 @@ mod tests {
         for rgb in [[200, 120, 40], [90, 130, 60], [30, 30, 30], [128, 72, 44], [230, 240, 250]] {
             let lab = LabImage::of(&Picture::from_rgb(1, 1, rgb.to_vec()).unwrap());
             let back = lab.picture().unwrap();
-            assert!(back.rgb().iter().zip(rgb).all(|(a, b)| a.abs_diff(b) <= 4), "{rgb:?} {back:?}");
+            assert!(
+                back.rgb().iter().zip(rgb).all(|(a, b)| a.abs_diff(b) <= 4),
+                "{rgb:?} {back:?}"
+            );
             // Half the luminance and back.
             let half = 0.5_f32.cbrt();
             let again = lab.relit(1.0 / half).relit(half);

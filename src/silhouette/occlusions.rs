@@ -38,7 +38,10 @@ pub fn flag_occlusions(reports: &mut [FrameReport]) {
 /// Flags the frames from where the area rises over the usual one until it is the usual one again,
 /// where it rises far over it in between. Frames are judged as by [`flag_occlusions`].
 pub fn flag_companions(reports: &mut [FrameReport]) {
-    flag_spells(reports, Flag::Joined, |share| Share { odd: share > JOINED, usual: share <= ALONE });
+    flag_spells(reports, Flag::Joined, |share| Share {
+        odd: share > JOINED,
+        usual: share <= ALONE,
+    });
 }
 
 /// What a share of the usual area says.

@@ -256,7 +256,8 @@ mod tests {
             })
             .collect();
         let frame = grey(w, h, &own);
-        let plate = plate_distances(&frame, whole(w, h), others.iter().map(|(o, m)| (o, *m)), Asked::All);
+        let plate =
+            plate_distances(&frame, whole(w, h), others.iter().map(|(o, m)| (o, *m)), Asked::All);
         assert!(plate.shown(13, 13) > 60, "{}", plate.shown(13, 13));
         assert!(plate.shown(20, 5) <= 1, "{}", plate.shown(20, 5));
         assert_eq!(plate.shown(0, 5), UNKNOWN, "no frame shows the left border");

@@ -118,11 +118,7 @@ impl Camera {
                 away / (away - seen.z).max(0.01 * away)
             }
         } * self.pixels_per_unit;
-        Vector3::new(
-            self.centre_px.0 + scale * seen.x,
-            self.centre_px.1 - scale * seen.y,
-            seen.z,
-        )
+        Vector3::new(self.centre_px.0 + scale * seen.x, self.centre_px.1 - scale * seen.y, seen.z)
     }
 }
 

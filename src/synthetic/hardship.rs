@@ -19,6 +19,9 @@ const FRAMED: (usize, usize) = (112, 92);
 /// Row of the middle of that box.
 const ROW: f64 = 78.0;
 
+/// Animals that are nearer than this touch as far as a soft picture shows, pixels.
+const CLEAR_PX: usize = 6;
+
 /// Frames a stride of the walk.
 const STRIDE_FRAMES: f64 = 24.3;
 
@@ -139,6 +142,28 @@ impl HardFootage {
         Mask::from_fn(self.width(), HEIGHT, |x, y| mask.get(x, y) && !hidden(x))
     }
 
+    /// Whether nothing is wrong with the animal in a frame: all of it is seen, inside the picture and
+    /// clear of others by some pixels.
+    #[must_use]
+    pub fn is_plain(&self, frame: usize) -> bool {
+        let whole = self.true_mask(frame);
+        let inside = whole.bounds().is_some_and(|b| {
+            b.left > 0 && b.top > 0 && b.right + 1 < self.width() && b.bottom + 1 < HEIGHT
+        });
+        let about = whole.dilated(CLEAR_PX);
+        let alone = self
+            .others(frame as f64)
+            .iter()
+            .all(|(pose, camera)| about.and(&silhouette(&self.model, pose, camera)).is_empty());
+        inside && alone && self.visible_mask(frame) == whole
+    }
+
+    /// What the camera does, in words.
+    #[must_use]
+    pub fn camera_moves(&self) -> &'static str {
+        if self.pans { "panning camera" } else { "still camera" }
+    }
+
     /// Rectangles on the first frame, as a user would draw them: inside the trunk, and the widest
     /// columns clear of all animals.
     #[must_use]
@@ -157,8 +182,7 @@ impl HardFootage {
             }
             first = x + 1;
         }
-        let background =
-            Rectangle { x: widest.start, y: 0, width: widest.len(), height: HEIGHT };
+        let background = Rectangle { x: widest.start, y: 0, width: widest.len(), height: HEIGHT };
         (inside(&mask), background)
     }
 
@@ -178,7 +202,8 @@ impl HardFootage {
             self.step_px
         } else {
             // From side to side once, and with a passage out of the picture, whatever the frames.
-            let last = self.width() as f64 + if self.hardship == Hardship::Passage { 60.0 } else { -62.0 };
+            let last =
+                self.width() as f64 + if self.hardship == Hardship::Passage { 60.0 } else { -62.0 };
             (last - first) / self.frames as f64
         };
         first + step * time
@@ -204,7 +229,8 @@ impl HardFootage {
     /// The other animals, behind this one.
     fn others(&self, time: f64) -> Vec<(Pose, Camera)> {
         let share = time / self.frames as f64;
-        let middle = self.column(0.5 * self.frames as f64) - self.shift_px(0.5 * self.frames as f64);
+        let middle =
+            self.column(0.5 * self.frames as f64) - self.shift_px(0.5 * self.frames as f64);
         let (offset, row, zoom) = match self.hardship {
             Hardship::Neighbour => (110.0, ROW - 54.0, 0.5),
             Hardship::Crossing => (300.0, ROW - 2.0, 1.0),

@@ -111,7 +111,8 @@ impl Canvas {
     /// The picture a sensor makes of it, whose noise has deviation `noise`, levels of 255, fixed by
     /// `seed` and `frame`.
     pub(super) fn exposed(&self, noise: f64, seed: u64, frame: usize) -> Picture {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ (frame as u64 + 1).wrapping_mul(0x9E37_79B9));
+        let mut rng =
+            ChaCha8Rng::seed_from_u64(seed ^ (frame as u64 + 1).wrapping_mul(0x9E37_79B9));
         let rgb = self
             .colours
             .iter()
