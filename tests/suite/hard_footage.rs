@@ -260,8 +260,7 @@ fn what_was_hidden_stays_out_of_the_analysis_and_is_bridged_in_the_animation() {
         .collect();
     assert!(chosen.iter().all(|t| !bad.contains(t)), "{chosen:?}");
     desk.run("samples --out samples").success();
-    let poses: String =
-        (1..=4).map(|key| format!(" --pose {key}=Walk@0.{}", 2 * key)).collect();
+    let poses: String = (1..=4).map(|key| format!(" --pose {key}=Walk@0.{}", 2 * key)).collect();
     let animation = desk.json(&format!("animate shot --rig samples/poses/horse.glb{poses}"));
     assert_eq!(animation["frames"], used.len());
     let weights = fs::read_to_string(desk.path("shot/keys/weights.csv")).unwrap();
