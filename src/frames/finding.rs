@@ -38,9 +38,10 @@ pub enum Finding {
         /// The constant rate it is read at, frames a second.
         fps: f64,
     },
-    /// The frames of a video are two fields each, taken one after the other: they are deinterlaced.
+    /// The frames of a video, or stills of one, are two fields each, taken one after the other: they
+    /// are deinterlaced.
     Interlaced {
-        /// The file.
+        /// The file, folder or pattern.
         path: PathBuf,
     },
     /// The pixels of a video are not square; they are read as stored, so the picture looks

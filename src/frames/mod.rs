@@ -13,6 +13,7 @@ mod chosen;
 mod complete;
 mod decode;
 mod ffmpeg;
+mod fields;
 mod finding;
 mod gif;
 mod location;
@@ -232,8 +233,14 @@ fn open_with(spec: &SourceSpec, find: impl FnOnce(&Path) -> Result<Ffmpeg>) -> R
         match location::locate(&spec.location)? {
             Located::Stills(sequence) => {
                 let first = spec.frames.map_or(0, FrameRange::first);
+                // Told from the whole sequence, so that a frame looks the same in every part of it.
+                let interlaced = fields::are_interlaced(&sequence.files);
                 let files = chosen::files(&spec.location, sequence.files, spec.frames)?;
-                (Box::new(stills::Stills::open(files, first)?), sequence.findings, None)
+                let mut findings = sequence.findings;
+                if interlaced {
+                    findings.push(Finding::Interlaced { path: spec.location.clone() });
+                }
+                (Box::new(stills::Stills::open(files, first, interlaced)?), findings, None)
             }
             Located::Gif(path) => {
                 let gif = gif::AnimatedGif::open(&path)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{FrameSource, decode};
+use super::{FrameSource, decode, fields};
 use crate::error::{Error, Result};
 use crate::image::Picture;
 
@@ -16,17 +16,20 @@ pub(super) struct Stills {
     size: (usize, usize),
     /// `files[0]`, decoded when the source was opened.
     opening: Option<Picture>,
+    /// Whether the first of two fields is given instead of the frames.
+    interlaced: bool,
 }
 
 impl Stills {
     /// Opens `files`, of which the first is frame `first` of the whole sequence, and decodes it.
-    pub(super) fn open(files: Vec<PathBuf>, first: usize) -> Result<Self> {
+    /// Of `interlaced` pictures only the first field is given.
+    pub(super) fn open(files: Vec<PathBuf>, first: usize, interlaced: bool) -> Result<Self> {
         let Some(path) = files.first() else {
             return Err(Error::NoPictures { location: PathBuf::new(), ignored: 0 });
         };
         let opening = Picture::from_dynamic(&decode::decode(path, first)?);
         let size = (opening.width(), opening.height());
-        Ok(Self { files, first, next: 0, size, opening: Some(opening) })
+        Ok(Self { files, first, next: 0, size, opening: Some(opening), interlaced })
     }
 }
 
@@ -60,7 +63,8 @@ impl FrameSource for Stills {
             }
         };
         self.next += 1;
-        Ok(Some(picture))
+        let field = self.interlaced.then(|| fields::first_field(&picture)).flatten();
+        Ok(Some(field.unwrap_or(picture)))
     }
 
     fn skip_frame(&mut self) -> Result<bool> {

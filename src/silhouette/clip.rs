@@ -17,6 +17,7 @@ use super::correction::Labels;
 use super::drafts::{Clip, Corrected, Drafted};
 use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
 use super::lab_image::{LabImage, Region, reduced};
+use super::light::light;
 use super::outline::outline;
 use super::scale::Scale;
 use super::segmenter::{Chosen, Parts, Segmenter, Settings};
@@ -55,6 +56,10 @@ pub struct ClipSegmenter {
     first: usize,
     frames: Vec<LabImage>,
     guesses: Vec<Mask>,
+    /// The guessing as it was before the stretch, for when its light turns out to change.
+    guess_before: Segmenter,
+    /// The light of each frame of the stretch, where it changes; the frames are relit then.
+    light: Option<Vec<f32>>,
     /// What a person said, at the footage's size, by frame of the clip.
     labels: BTreeMap<usize, Labels>,
     /// The last frame of the stretch before, which the camera is followed from.
@@ -86,8 +91,11 @@ impl ClipSegmenter {
     ) -> Result<Self> {
         let size = (first.width(), first.height());
         let sketch = within(size, SKETCH_PIXELS);
+        let guess = Segmenter::new(first, foreground, background, settings)?.on_size(sketch, size);
         Ok(Self {
-            guess: Segmenter::new(first, foreground, background, settings)?.on_size(sketch, size),
+            guess_before: guess.clone(),
+            light: None,
+            guess,
             size,
             sketch,
             fine: within(size, OUTLINE_PIXELS),
@@ -115,6 +123,8 @@ impl ClipSegmenter {
             self.before = self.frames.pop().zip(self.guesses.pop());
             self.frames.clear();
             self.guesses.clear();
+            self.light = None;
+            self.guess_before = self.guess.clone();
         }
         let look = |picture| {
             let small = sized(picture, self.sketch);
@@ -123,9 +133,8 @@ impl ClipSegmenter {
         let seen: Vec<(Parts, LabImage)> = pictures.par_iter().map(look).collect();
         let (parts, frames): (Vec<Parts>, Vec<LabImage>) = seen.into_iter().unzip();
         self.frames.extend(frames);
-        // The choice alone goes in order.
-        let chosen: Vec<Chosen> = parts.into_iter().map(|p| self.guess.choose(p)).collect();
-        self.guesses.par_extend(chosen.par_iter().map(|chosen| self.guess.silhouette(chosen).0));
+        let guesses = guessed(&mut self.guess, parts);
+        self.guesses.extend(guesses);
     }
 
     /// Replaces what a person said; the next [`draft`](Self::draft) goes by it.
@@ -171,6 +180,7 @@ impl ClipSegmenter {
                 Some(base) => base.path.clone(),
                 None => self.settled_camera(),
             };
+            self.take_light_out();
             let scale = |whole: usize, sketch: usize| whole as f64 / sketch as f64;
             let up = (scale(self.size.0, self.sketch.0), scale(self.size.1, self.sketch.1));
             self.camera.extend(&self.path.rescaled(up));
@@ -205,6 +215,24 @@ impl ClipSegmenter {
             self.drafted = None;
         }
         go_on.get()
+    }
+
+    /// Makes the light of all frames that of the clip's first, where it changes, and guesses anew.
+    fn take_light_out(&mut self) {
+        let before = self.before.as_ref().map(|(frame, _)| frame);
+        let Some(found) = light(&self.frames, before, self.path.steps()) else { return };
+        self.frames =
+            self.frames.par_iter().zip(&found).map(|(frame, light)| frame.relit(*light)).collect();
+        let parts: Option<Vec<Parts>> = self
+            .frames
+            .par_iter()
+            .map(|frame| frame.picture().map(|p| self.guess_before.rough_parts(&p)))
+            .collect();
+        if let Some(parts) = parts {
+            self.guess = self.guess_before.clone();
+            self.guesses = guessed(&mut self.guess, parts);
+        }
+        self.light = Some(found);
     }
 
     /// The observed stretch at sketch size; its frames are lent out until they are put back.
@@ -264,7 +292,8 @@ impl ClipSegmenter {
         };
         let fine_labels = labels.map(|l| l.resized(self.fine));
         let picture = sized(picture, self.fine);
-        let (mask, confidence) = outline(&picture, draft, cues, fine_labels.as_ref(), cut);
+        let light = self.light.as_ref().and_then(|light| light.get(t - self.first)).copied();
+        let (mask, confidence) = outline(&picture, draft, cues, fine_labels.as_ref(), light, cut);
         let mut mask = enlarged(&mask, self.size);
         if let Some(labels) = labels {
             mask = labels.applied_to(&mask);
@@ -310,6 +339,13 @@ impl ClipSegmenter {
         }
         path
     }
+}
+
+/// The silhouettes guessed of the next frames: the choice alone goes in order.
+fn guessed(guess: &mut Segmenter, parts: Vec<Parts>) -> Vec<Mask> {
+    let chosen: Vec<Chosen> = parts.into_iter().map(|p| guess.choose(p)).collect();
+    let guess = &*guess;
+    chosen.par_iter().map(|chosen| guess.silhouette(chosen).0).collect()
 }
 
 fn within(size: (usize, usize), most: usize) -> (usize, usize) {

@@ -20,8 +20,9 @@ use super::field::{Fall, Known, least_cost};
 use super::lab_image::{LabImage, Region};
 use super::least_sure::CARRIED_FRAMES;
 use super::location::location_odds;
-use super::plate::{PlateDistances, compared_frames, plate_distances};
+use super::plate::{Asked, PlateDistances, compared_frames, plate_distances};
 use super::resemblance::{Resemblance, Seen};
+use super::shadow::{self, shadow};
 use super::warp::Source;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -77,6 +78,8 @@ pub(super) struct Draft {
     pub(super) cues: usize,
     /// What a correction says of the frame beside the cues.
     pub(super) carried: Option<Carried>,
+    /// What looks like the animal's shadow; corrections know better.
+    pub(super) shadow: Option<Mask>,
 }
 
 /// What the nearest corrections say of a frame, less the further away they are.
@@ -87,6 +90,13 @@ pub(super) struct Carried {
     weight: f32,
     /// What the pixels about the same place of the corrected frames say.
     pub(super) resemblance: Option<Resemblance>,
+}
+
+/// What is known of a frame beside its cues and its draft.
+#[derive(Clone, Copy)]
+struct Beside<'a> {
+    carried: Option<&'a Carried>,
+    shadow: Option<&'a Mask>,
 }
 
 /// The drafts of all frames, and the cues they were cut with.
@@ -100,7 +110,13 @@ impl Drafted {
     /// Drafts of which nothing but the masks is remembered: corrections can work them over, but they
     /// cannot be outlined themselves.
     pub(super) fn remembered(masks: Vec<Mask>) -> Self {
-        let draft = |mask| Draft { mask, plate: PlateDistances::nowhere(), cues: 0, carried: None };
+        let draft = |mask| Draft {
+            mask,
+            plate: PlateDistances::nowhere(),
+            cues: 0,
+            carried: None,
+            shadow: None,
+        };
         Self { frames: masks.into_iter().map(draft).collect(), cues: Vec::new() }
     }
 }
@@ -238,10 +254,15 @@ impl Clip {
     ) -> Option<(Vec<Draft>, Cues)> {
         let mut looked_at: Vec<usize> = span.clone().collect();
         looked_at.extend(truths.iter().filter(|t| !span.contains(t)));
+        let asked = match (first, truths.is_empty()) {
+            (true, _) => Asked::Nothing,
+            (false, true) => Asked::Colours,
+            (false, false) => Asked::All,
+        };
         let mut plates: BTreeMap<usize, PlateDistances> = looked_at
             .iter()
             .copied()
-            .zip(self.compare_with_plates(&looked_at, masks, first, !truths.is_empty()))
+            .zip(self.compare_with_plates(&looked_at, masks, first, asked))
             .collect();
         let cues = Cues::learnt(&Lessons {
             frames: &self.frames,
@@ -255,25 +276,31 @@ impl Clip {
             (false, true) => LATER_TRUST,
             (false, false) => CORRECTED_TRUST,
         };
-        let cuts: Vec<(Mask, Option<Carried>)> = span
+        let cuts: Vec<(Mask, Option<Carried>, Option<Mask>)> = span
             .clone()
             .into_par_iter()
             .map_init(GridCut::new, |cut, t| {
                 let carried = self.carried(t, masks, truths, &plates);
-                (self.cut(t, masks, &plates[&t], &cues, carried.as_ref(), trust, cut), carried)
+                let plate = &plates[&t];
+                let shadow = (asked == Asked::Colours)
+                    .then(|| {
+                        let stands_out = |x, y| cues.plate_odds(plate, x, y) > 0.0;
+                        shadow(&self.frames[t], plate, &masks[t], stands_out)
+                    })
+                    .flatten();
+                let beside = Beside { carried: carried.as_ref(), shadow: shadow.as_ref() };
+                let found = self.cut(t, masks, plate, &cues, beside, trust, cut);
+                (found, carried, shadow)
             })
             .collect();
         let mut last: Option<Mask> = None;
         let mut drafts = Vec::with_capacity(span.len());
-        for (t, (found, carried)) in span.zip(cuts) {
-            let expected = match &last {
-                Some(last) => masks[t].or(last),
-                None => masks[t].clone(),
-            };
-            let mask = animal(&found, &expected, carried.as_ref().map(|c| &c.expected));
+        for (t, (found, carried, shadow)) in span.zip(cuts) {
+            let expected = carried.as_ref().map(|c| &c.expected);
+            let mask = animal(&found, &masks[t], last.as_ref(), expected);
             last = Some(mask.clone());
             let plate = plates.remove(&t)?;
-            drafts.push(Draft { mask, plate, cues: 0, carried });
+            drafts.push(Draft { mask, plate, cues: 0, carried, shadow });
         }
         Some((drafts, cues))
     }
@@ -283,7 +310,7 @@ impl Clip {
         at: &[usize],
         masks: &[Mask],
         first: bool,
-        behind: bool,
+        asked: Asked,
     ) -> Vec<PlateDistances> {
         let radius = if first { EXCLUDED_AT_FIRST_PX } else { EXCLUDED_PX };
         let reach = if first { REACH_AT_FIRST } else { REACH };
@@ -298,7 +325,7 @@ impl Clip {
                     let to_other = self.from_first[s] * back?;
                     Some((&sources[s], to_other))
                 });
-                plate_distances(&self.frames[t], region(&masks[t], reach), others, behind)
+                plate_distances(&self.frames[t], region(&masks[t], reach), others, asked)
             })
             .collect()
     }
@@ -341,10 +368,11 @@ impl Clip {
         masks: &[Mask],
         plate: &PlateDistances,
         cues: &Cues,
-        carried: Option<&Carried>,
+        beside: Beside,
         trust: Trust,
         cut: &mut GridCut,
     ) -> Mask {
+        let Beside { carried, shadow } = beside;
         let draft = &masks[t];
         let image = &self.frames[t];
         let (w, h) = (image.width(), image.height());
@@ -370,7 +398,9 @@ impl Clip {
             let seen = cues.plate_odds(plate, x, y);
             let colour = cues.colour_odds(image.at(at), seen, plate.colour(x, y));
             let resembles = resemblance.map_or(0.0, |r| r.log_odds(x, y));
-            odds[at] = seen + trust.colour * colour + location + resembles;
+            let all = seen + trust.colour * colour + location + resembles;
+            let shadowed = shadow.is_some_and(|shadow| shadow.get(x, y));
+            odds[at] = if shadowed { shadow::AGAINST } else { all };
             known[at] = Known::Free;
         }
         if let Some(labels) = self.labels.get(&t).filter(|_| carried.is_some()) {

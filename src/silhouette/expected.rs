@@ -64,14 +64,21 @@ pub(super) fn repaired(masks: Vec<Mask>) -> Vec<Mask> {
         .collect()
 }
 
-/// Of what was cut, the component that shares most pixels with what is expected, and those that a
-/// correction expects.
-pub(super) fn animal(found: &Mask, expected: &Mask, corrected: Option<&Mask>) -> Mask {
+/// Of what was cut, the component that shares most pixels with the draft and with the silhouette of
+/// the frame before, and those that a correction expects. The draft counts twice: the frame before
+/// may hold another animal that touched this one there.
+pub(super) fn animal(
+    found: &Mask,
+    draft: &Mask,
+    before: Option<&Mask>,
+    corrected: Option<&Mask>,
+) -> Mask {
     let mut result = Mask::new(found.width(), found.height());
     let mut pieces = components(found, Connectivity::Eight);
     let mut best: Option<(usize, usize)> = None;
     for (at, piece) in pieces.iter().enumerate() {
-        let common = piece.common_area(expected);
+        let common =
+            2 * piece.common_area(draft) + before.map_or(0, |before| piece.common_area(before));
         if common > 0 && best.is_none_or(|(most, _)| common > most) {
             best = Some((common, at));
         }

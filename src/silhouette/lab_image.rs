@@ -80,6 +80,47 @@ impl LabImage {
         Self { width, height, planes }
     }
 
+    /// The same in the light in which the cube root of luminance is 1/`light` of what it is here:
+    /// L* + 16, a* and b* are all proportional to that.
+    pub(super) fn relit(&self, light: f32) -> Self {
+        let table = |origin: f32| -> [u8; 256] {
+            std::array::from_fn(|byte| ((byte as f32 - origin) / light + origin + 0.5) as u8)
+        };
+        // The origin of L* + 16 lies below that of the bytes.
+        let (lightness, colour) = (table(-16.0 * LIGHTNESS_STEPS), table(128.0));
+        let through = |plane: &[u8], table: &[u8; 256]| {
+            plane.iter().map(|byte| table[usize::from(*byte)]).collect()
+        };
+        let [l, a, b] = &self.planes;
+        let planes = [through(l, &lightness), through(a, &colour), through(b, &colour)];
+        Self::from_planes(self.width, self.height, planes)
+    }
+
+    /// The picture with these colours, as near as bytes say.
+    pub(super) fn picture(&self) -> Option<Picture> {
+        let curve =
+            |f: f32| if f > 6.0 / 29.0 { f.powi(3) } else { (f - 4.0 / 29.0) * 0.128_418_55 };
+        let code = |v: f32| {
+            let v = v.clamp(0.0, 1.0);
+            let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+            (255.0 * code + 0.5) as u8
+        };
+        let rgb = (0..self.width * self.height)
+            .flat_map(|at| {
+                let [l, a, b] = lab_of(self.at(at));
+                let f = (l + 16.0) / 116.0;
+                let (x, y, z) =
+                    (0.950_47 * curve(f + a / 500.0), curve(f), 1.088_83 * curve(f - b / 200.0));
+                [
+                    code(3.240_454 * x - 1.537_139 * y - 0.498_531 * z),
+                    code(-0.969_266 * x + 1.876_011 * y + 0.041_556 * z),
+                    code(0.055_643 * x - 0.204_026 * y + 1.057_225 * z),
+                ]
+            })
+            .collect();
+        Picture::from_rgb(self.width, self.height, rgb)
+    }
+
     pub(super) fn width(&self) -> usize {
         self.width
     }
@@ -186,6 +227,24 @@ mod tests {
             let found = LabImage::of(&picture).at(0);
             for (a, b) in found.iter().zip(lab) {
                 assert!(a.abs_diff(b) <= 1, "{rgb:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn colours_come_back_and_a_darker_light_can_be_taken_out() {
+        for rgb in [[200, 120, 40], [90, 130, 60], [30, 30, 30], [128, 72, 44], [230, 240, 250]] {
+            let lab = LabImage::of(&Picture::from_rgb(1, 1, rgb.to_vec()).unwrap());
+            let back = lab.picture().unwrap();
+            assert!(
+                back.rgb().iter().zip(rgb).all(|(a, b)| a.abs_diff(b) <= 4),
+                "{rgb:?} {back:?}"
+            );
+            // Half the luminance and back.
+            let half = 0.5_f32.cbrt();
+            let again = lab.relit(1.0 / half).relit(half);
+            for (a, b) in again.at(0).into_iter().zip(lab.at(0)) {
+                assert!(a.abs_diff(b) <= 2, "{rgb:?}");
             }
         }
     }

@@ -19,45 +19,99 @@ const JOINED: f64 = 1.4;
 const WHOLE: f64 = 0.85;
 const ALONE: f64 = 1.15;
 
-/// Flags the frames whose area is far under the usual one, where it was whole before and is after.
+/// A spell that breaks off for at most so many frames is one: two animals of a size that pass one
+/// another show as one while the nearer hides the farther.
+const BREAK_FRAMES: usize = 12;
+
+/// Rounds in which what is usual is seen without the frames that were found odd.
+const ROUNDS: usize = 6;
+
+/// Flags the frames from where the area falls under the usual one until it is the usual one again,
+/// where it falls far under it or nothing is seen at all in between.
 ///
-/// Frames with an excluding flag and corrected ones say nothing and are not judged.
+/// Frames with an excluding flag and corrected ones get no flag.
 pub fn flag_occlusions(reports: &mut [FrameReport]) {
-    flag_spells(reports, Flag::Occluded, |share| share < MISSING, |share| share >= WHOLE);
+    let way = |share: f64| Share { odd: share < MISSING, usual: share >= WHOLE };
+    flag_spells(reports, Flag::Occluded, way);
 }
 
-/// Flags the frames whose area is far over the usual one, where it was the animal's own before and is
-/// after. Frames are judged as by [`flag_occlusions`].
+/// Flags the frames from where the area rises over the usual one until it is the usual one again,
+/// where it rises far over it in between. Frames are judged as by [`flag_occlusions`].
 pub fn flag_companions(reports: &mut [FrameReport]) {
-    flag_spells(reports, Flag::Joined, |share| share > JOINED, |share| share <= ALONE);
+    flag_spells(reports, Flag::Joined, |share| Share {
+        odd: share > JOINED,
+        usual: share <= ALONE,
+    });
 }
 
-/// Flags the frames whose share of the usual area is `odd`, where it was `usual` before and is after.
-fn flag_spells(
-    reports: &mut [FrameReport],
-    flag: Flag,
-    odd: impl Fn(f64) -> bool,
-    usual: impl Fn(f64) -> bool,
-) {
-    let shares: Vec<Option<f64>> = (0..reports.len()).map(|t| share(reports, t)).collect();
-    let is_usual = |t: usize| shares[t].is_some_and(&usual);
-    for t in 0..reports.len() {
-        let near = t.saturating_sub(USUAL_FRAMES)..(t + USUAL_FRAMES + 1).min(reports.len());
-        let passes = (near.start..t).any(is_usual) && (t + 1..near.end).any(is_usual);
-        if passes && shares[t].is_some_and(&odd) {
-            reports[t].flags.insert(flag);
+/// What a share of the usual area says.
+#[derive(Clone, Copy)]
+struct Share {
+    odd: bool,
+    usual: bool,
+}
+
+fn flag_spells(reports: &mut [FrameReport], flag: Flag, way: impl Fn(f64) -> Share) {
+    let mut odd = vec![false; reports.len()];
+    for _ in 0..ROUNDS {
+        let shares: Vec<Option<Share>> =
+            (0..reports.len()).map(|t| share(reports, &odd, t).map(&way)).collect();
+        let found = spells(reports, flag, &shares);
+        if found == odd {
+            break;
         }
+        odd = found;
+    }
+    for (report, _) in reports.iter_mut().zip(odd).filter(|(r, odd)| *odd && is_judged(r)) {
+        report.flags.insert(flag);
     }
 }
 
-/// The area of a frame as a share of what is usual about it.
-fn share(reports: &[FrameReport], t: usize) -> Option<f64> {
-    let judged =
-        |r: &FrameReport| r.area_px > 0 && !r.is_excluded() && !r.flags.contains(Flag::Corrected);
-    let own = reports.get(t).filter(|r| judged(r))?.area_px as f64;
+/// The frames of spells: runs of frames that are not usual, of which one is odd, between two that are
+/// usual.
+fn spells(reports: &[FrameReport], flag: Flag, shares: &[Option<Share>]) -> Vec<bool> {
+    let n = reports.len();
+    let is_usual = |t: usize| shares[t].is_some_and(|s| s.usual);
+    // Where nothing is seen the animal may be covered, but no other one joins it.
+    let gone = |t: usize| flag == Flag::Occluded && is_gone(&reports[t]);
+    let is_odd = |t: usize| gone(t) || shares[t].is_some_and(|s| s.odd);
+    let mut odd = vec![false; n];
+    let mut before: Option<usize> = None;
+    for after in (0..n).filter(|t| is_usual(*t)) {
+        let run = before.map_or(0, |b| b + 1)..after;
+        let short = run.len() <= 2 * USUAL_FRAMES;
+        if before.is_some() && short && run.clone().any(is_odd) {
+            odd[run].fill(true);
+        }
+        before = Some(after);
+    }
+    let mut last: Option<usize> = None;
+    for t in (0..n).filter(|t| odd[*t]).collect::<Vec<_>>() {
+        if let Some(last) = last.filter(|last| t - last <= BREAK_FRAMES + 1) {
+            odd[last..t].fill(true);
+        }
+        last = Some(t);
+    }
+    odd
+}
+
+fn is_judged(report: &FrameReport) -> bool {
+    report.area_px > 0 && !report.is_excluded() && !report.flags.contains(Flag::Corrected)
+}
+
+fn is_gone(report: &FrameReport) -> bool {
+    report.flags.contains(Flag::Empty) || report.flags.contains(Flag::Lost)
+}
+
+/// The area of a frame as a share of what is usual about it, the odd frames left out.
+fn share(reports: &[FrameReport], odd: &[bool], t: usize) -> Option<f64> {
+    let own = reports.get(t).filter(|r| is_judged(r))?.area_px as f64;
     let near = t.saturating_sub(USUAL_FRAMES)..(t + USUAL_FRAMES + 1).min(reports.len());
-    let areas: Vec<f64> =
-        reports[near].iter().filter(|r| r.area_px > 0).map(|r| r.area_px as f64).collect();
+    let of = |all: bool| -> Vec<f64> {
+        let seen = near.clone().filter(|&s| reports[s].area_px > 0 && (all || !odd[s]));
+        seen.map(|s| reports[s].area_px as f64).collect()
+    };
+    let areas = Some(of(false)).filter(|areas| !areas.is_empty()).unwrap_or_else(|| of(true));
     Some(own / median(&areas))
 }
 

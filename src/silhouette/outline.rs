@@ -8,6 +8,7 @@ use super::field::{Fall, Known, least_cost};
 use super::lab_image::{LabImage, Region};
 use super::location::signed_distances;
 use super::scale::Scale;
+use super::shadow;
 use crate::image::Picture;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -21,12 +22,14 @@ const ASKED: f32 = 0.12;
 
 /// The outline of a frame at the size of `picture`, from its draft, and how sure it is: 2p − 1, with p
 /// the mean probability, over a strip along the outline, that colour, plate and corrections give to the
-/// labels the pixels got. 0 is a guess, 1 is certain.
+/// labels the pixels got. 0 is a guess, 1 is certain. The picture is seen as if `light` (as of
+/// [`light`](super::light::light)) were that of the first frame.
 pub(super) fn outline(
     picture: &Picture,
     draft: &Draft,
     cues: &Cues,
     labels: Option<&Labels>,
+    light: Option<f32>,
     cut: &mut GridCut,
 ) -> (Mask, f64) {
     let size = (picture.width(), picture.height());
@@ -35,7 +38,10 @@ pub(super) fn outline(
     };
     let r = part.region;
     let (w, h) = (r.width(), r.height());
-    let near = LabImage::of_region(picture, r);
+    let near = match (LabImage::of_region(picture, r), light) {
+        (near, Some(light)) => near.relit(light),
+        (near, None) => near,
+    };
     let seen = part.seen(&near, draft, cues);
     let mut odds = vec![0.0; w * h];
     let mut known = vec![Known::Background; w * h];
@@ -57,7 +63,7 @@ pub(super) fn outline(
     let expected = Mask::from_fn(w, h, |x, y| part.signed[y * w + x] <= 0.0);
     // Pieces that a correction brought are in the draft.
     let corrected = draft.carried.as_ref().map(|_| &expected);
-    let mask = animal(&found, &expected, corrected);
+    let mask = animal(&found, &expected, None, corrected);
     let confidence = part.confidence(&mask, &seen);
     (mask.window(-(r.left as i64), -(r.top as i64), size.0, size.1), confidence)
 }
@@ -133,6 +139,12 @@ impl Part {
         let mut seen = blurred(&colour, w, h);
         for ((seen, plate), distance) in seen.iter_mut().zip(&plate).zip(&self.signed) {
             *seen = if distance.abs() <= self.asked { *seen + plate } else { 0.0 };
+        }
+        if let Some(shadow) = &draft.shadow {
+            let there = of_part(&|x, y| f32::from(u8::from(shadow.get(x, y))));
+            for (seen, share) in seen.iter_mut().zip(self.scale.sampled(&there, r)) {
+                *seen += share * (shadow::AGAINST - *seen);
+            }
         }
         if let Some(resemblance) = draft.carried.as_ref().and_then(|c| c.resemblance.as_ref()) {
             let odds = of_part(&|x, y| resemblance.log_odds(x, y));

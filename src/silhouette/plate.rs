@@ -36,24 +36,30 @@ pub(super) struct PlateDistances {
     /// Half units of L*a*b* distance up to 254 from what shows the background; [`UNKNOWN`] where no
     /// frame does.
     shown: Vec<u8>,
-    /// What only corrected frames can teach the meaning of; `None` where it was not asked for.
-    behind: Option<Behind>,
+    /// The background's mean colour, L*a*b* bytes, where it is shown; empty where it was not asked
+    /// for.
+    colours: Vec<[u8; 3]>,
+    /// Distances from all that is there, the animal's pixels too; [`UNKNOWN`] where nothing is. Only
+    /// corrected frames can teach what they mean; empty where they were not asked for.
+    any: Vec<u8>,
 }
 
-/// What else is known of the pixels of a region.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Behind {
-    /// Distances from all that is there, the animal's pixels too; [`UNKNOWN`] where nothing is.
-    any: Vec<u8>,
-    /// The background's mean colour, L*a*b* bytes, where it is shown.
-    colours: Vec<[u8; 3]>,
+/// What is asked of a plate beside the distances from the background.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Asked {
+    /// Nothing.
+    Nothing,
+    /// The colour of what is behind the animal.
+    Colours,
+    /// That, and the distances from all that is there.
+    All,
 }
 
 impl PlateDistances {
     /// Of nothing: what is not known of a draft that was only remembered.
     pub(super) fn nowhere() -> Self {
         let region = Region { left: 0, top: 0, right: 0, bottom: 0 };
-        Self { region, shown: Vec::new(), behind: None }
+        Self { region, shown: Vec::new(), colours: Vec::new(), any: Vec::new() }
     }
 
     /// Distance from the background at a pixel of the frame; [`UNKNOWN`] outside the region.
@@ -65,18 +71,15 @@ impl PlateDistances {
     /// Distance from whatever the other frames have there, background or animal.
     #[inline]
     pub(super) fn any(&self, x: usize, y: usize) -> u8 {
-        match (self.index(x, y), &self.behind) {
-            (Some(at), Some(behind)) => behind.any[at],
-            _ => UNKNOWN,
-        }
+        self.index(x, y).and_then(|at| self.any.get(at).copied()).unwrap_or(UNKNOWN)
     }
 
     /// The background's colour at a pixel, L*a*b* bytes; `None` where no frame shows it.
     #[inline]
     pub(super) fn colour(&self, x: usize, y: usize) -> Option<[u8; 3]> {
         let at = self.index(x, y)?;
-        let behind = self.behind.as_ref()?;
-        (self.shown[at] != UNKNOWN).then(|| behind.colours[at])
+        let colour = self.colours.get(at)?;
+        (self.shown[at] != UNKNOWN).then_some(*colour)
     }
 
     #[inline]
@@ -97,23 +100,24 @@ pub(super) fn compared_frames(t: usize, frames: usize, fps: f64) -> Vec<usize> {
 }
 
 /// Compares a region of a frame with `others`: each a picture that knows where the animal may be in
-/// it, and the matrix that takes coordinates of this frame to its own. `behind` asks for what is
-/// behind the animal, too.
+/// it, and the matrix that takes coordinates of this frame to its own.
 pub(super) fn plate_distances<'a, 'b: 'a>(
     frame: &LabImage,
     region: Region,
     others: impl Iterator<Item = (&'a Source<'b>, Matrix3<f64>)>,
-    behind: bool,
+    asked: Asked,
 ) -> PlateDistances {
     let pixels = region.pixels();
     // Between fewer pixels than two by two nothing can be interpolated.
     if pixels == 0 || frame.width().min(frame.height()) < 2 {
-        return PlateDistances { region, shown: vec![UNKNOWN; pixels], behind: None };
+        let shown = vec![UNKNOWN; pixels];
+        return PlateDistances { region, shown, colours: Vec::new(), any: Vec::new() };
     }
     let frame = frame.cropped(region);
     let own = Box3::of(&frame);
     let mut shown = Smallest::new(pixels);
-    let mut more = behind.then(|| (Smallest::new(pixels), MeanColour::new(pixels)));
+    let mut mean = (asked >= Asked::Colours).then(|| MeanColour::new(pixels));
+    let mut any = (asked >= Asked::All).then(|| Smallest::new(pixels));
     let mut distances = vec![0_u8; pixels];
     for (other, to_other) in others {
         let warped = Warped::of(other, &to_other, region);
@@ -122,14 +126,20 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
         let flagged = |flags: &[u8]| distances.iter().zip(flags).map(|(d, f)| d | f).collect();
         let mut of_background: Vec<u8> = flagged(&warped.not_background);
         shown.add(&mut of_background);
-        if let Some((any, mean)) = &mut more {
+        if let Some(any) = &mut any {
             let mut of_all: Vec<u8> = flagged(&warped.outside);
             any.add(&mut of_all);
+        }
+        if let Some(mean) = &mut mean {
             mean.add(&warped);
         }
     }
-    let behind = more.map(|(any, mean)| Behind { any: any.ranked(), colours: mean.colours() });
-    PlateDistances { region, shown: shown.ranked(), behind }
+    PlateDistances {
+        region,
+        shown: shown.ranked(),
+        colours: mean.map_or_else(Vec::new, |mean| mean.colours()),
+        any: any.map_or_else(Vec::new, |any| any.ranked()),
+    }
 }
 
 /// Sums of the background's colour at each pixel, and their number.
@@ -216,11 +226,11 @@ mod tests {
             let frame = grey(w, h, &vec![7; w * h]);
             let other = Source::of(&frame, &Mask::new(w, h));
             let others = [(&other, Matrix3::identity())].into_iter();
-            let plate = plate_distances(&frame, whole(w, h), others, true);
+            let plate = plate_distances(&frame, whole(w, h), others, Asked::All);
             assert!((0..w * h).all(|at| plate.shown(at % w, at / w) == UNKNOWN));
         }
         let nothing = Region { left: 0, top: 0, right: 0, bottom: 0 };
-        let plate = plate_distances(&grey(9, 9, &[0; 81]), nothing, std::iter::empty(), true);
+        let plate = plate_distances(&grey(9, 9, &[0; 81]), nothing, std::iter::empty(), Asked::All);
         assert_eq!(plate.shown(3, 3), UNKNOWN);
     }
 
@@ -246,7 +256,8 @@ mod tests {
             })
             .collect();
         let frame = grey(w, h, &own);
-        let plate = plate_distances(&frame, whole(w, h), others.iter().map(|(o, m)| (o, *m)), true);
+        let plate =
+            plate_distances(&frame, whole(w, h), others.iter().map(|(o, m)| (o, *m)), Asked::All);
         assert!(plate.shown(13, 13) > 60, "{}", plate.shown(13, 13));
         assert!(plate.shown(20, 5) <= 1, "{}", plate.shown(20, 5));
         assert_eq!(plate.shown(0, 5), UNKNOWN, "no frame shows the left border");

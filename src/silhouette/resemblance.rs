@@ -256,7 +256,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::silhouette::plate::plate_distances;
+    use crate::silhouette::plate::{Asked, plate_distances};
 
     /// A picture of blobs whose colours are often alike, with a silhouette of several rows.
     fn frame() -> impl Strategy<Value = (LabImage, Mask)> {
@@ -321,7 +321,7 @@ mod tests {
             let (w, h) = (mask.width(), mask.height());
             let region = Region { left: 1, top: 0, right: w, bottom: h - 1 };
             let plates = [&image, &first, &second]
-                .map(|image| plate_distances(image, region, std::iter::empty(), false));
+                .map(|image| plate_distances(image, region, std::iter::empty(), Asked::Nothing));
             let frame = Seen { image: &image, plate: &plates[0], mask: &mask };
             let known = [
                 (Seen { image: &first, plate: &plates[1], mask: &truth }, weights.0),

@@ -68,7 +68,7 @@ impl Default for CleanSettings {
 }
 
 /// Turns pictures into silhouettes by their colours, front to back.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Segmenter {
     models: ColourModels,
     clean: CleanSettings,

@@ -32,14 +32,38 @@ pub(super) struct Tracker {
 
 #[derive(Clone, Debug)]
 struct Seen {
-    area_px: f64,
+    /// The area it has when nothing hides it and nothing touches it, pixels.
+    usual_px: f64,
+    /// Where it was seen, or where it has to be while it is not seen whole and alone.
     centre_px: (f64, f64),
-    /// Movement of the centre from the frame before, pixels.
+    /// Movement of the centre a frame, pixels, while it was whole and alone.
     velocity_px: (f64, f64),
     at_border: bool,
     /// Frames since it was seen.
     age: usize,
+    /// Frames for which it was seen, but not as large as usual.
+    unusual: usize,
+    /// Steps that the velocity is from.
+    steps: usize,
 }
+
+/// Between these shares of the usual area it is the animal, whole and alone. Under the first
+/// something hides a part of it, over the second another one of its colour touches it; the centre of
+/// what is seen says little about where it goes then.
+const PARTLY: f64 = 0.6;
+const JOINED: f64 = 1.5;
+
+/// Between these shares it is whole and alone again. Nearer to the usual area than the others: two
+/// animals of a size that pass one another show as little more than one for a moment.
+const WHOLE: f64 = 0.8;
+const ALONE: f64 = 1.2;
+
+/// After so many frames what is seen counts as usual.
+const USUAL_AFTER: usize = 30;
+
+/// Least share of the newest frame in the usual area and in the velocity, which are means of all
+/// frames at first.
+const NEWEST: f64 = 0.1;
 
 impl Tracker {
     pub(super) fn new(settings: GateSettings) -> Self {
@@ -82,7 +106,9 @@ impl Tracker {
         };
         let score = |c: &Component| {
             let distance = self.distance(&last, c);
-            c.area_px as f64 / (1.0 + (distance / self.settings.distance).powi(2))
+            // Larger than usual is not more like it.
+            let area = (c.area_px as f64).min(last.usual_px);
+            area / (1.0 + (distance / self.settings.distance).powi(2))
         };
         let best = candidates
             .iter()
@@ -112,7 +138,7 @@ impl Tracker {
             (component.centre_px.0 - from.0).hypot(component.centre_px.1 - from.1)
         };
         let from_expected = moved((expected_x, expected_y));
-        from_expected.min(moved(last.centre_px)) / last.area_px.sqrt()
+        from_expected.min(moved(last.centre_px)) / last.usual_px.sqrt()
     }
 
     fn passes(&self, last: &Seen, component: &Component, size: (usize, usize)) -> bool {
@@ -121,27 +147,63 @@ impl Tracker {
         let at_border = last.at_border || touches_border(&component.bounds, size.0, size.1);
         // What enters or leaves the picture changes its area freely.
         let factor = self.settings.area_factor * slack * if at_border { 2.0 } else { 1.0 };
-        let ratio = component.area_px as f64 / last.area_px;
+        let ratio = component.area_px as f64 / last.usual_px;
         self.distance(last, component) <= self.settings.distance * slack
             && ratio <= factor
             && ratio >= 1.0 / factor
     }
 
     fn remember(&mut self, component: &Component, size: (usize, usize)) {
-        let centre_px = component.centre_px;
-        let velocity_px = match &self.last {
-            Some(last) => {
-                let steps = (last.age + 1) as f64;
-                ((centre_px.0 - last.centre_px.0) / steps, (centre_px.1 - last.centre_px.1) / steps)
-            }
-            None => (0.0, 0.0),
-        };
-        self.last = Some(Seen {
-            area_px: component.area_px as f64,
-            centre_px,
-            velocity_px,
-            at_border: touches_border(&component.bounds, size.0, size.1),
+        let area_px = component.area_px as f64;
+        let at_border = touches_border(&component.bounds, size.0, size.1);
+        let first = Seen {
+            usual_px: area_px,
+            centre_px: component.centre_px,
+            velocity_px: (0.0, 0.0),
+            at_border,
             age: 0,
+            unusual: 0,
+            steps: 0,
+        };
+        let Some(last) = &self.last else {
+            self.last = Some(first);
+            return;
+        };
+        let steps = (last.age + 1) as f64;
+        let share = area_px / last.usual_px;
+        let cut = at_border || last.at_border;
+        let alone = if last.unusual > 0 { WHOLE..=ALONE } else { PARTLY..=JOINED };
+        let usual = cut || alone.contains(&share) || last.unusual >= USUAL_AFTER;
+        if !usual {
+            let b = &component.bounds;
+            let along = |at: f64, velocity: f64, low: usize, high: usize| {
+                (at + steps * velocity).clamp(low as f64, high as f64)
+            };
+            let (at, velocity) = (last.centre_px, last.velocity_px);
+            self.last = Some(Seen {
+                usual_px: last.usual_px,
+                centre_px: (
+                    along(at.0, velocity.0, b.left, b.right),
+                    along(at.1, velocity.1, b.top, b.bottom),
+                ),
+                velocity_px: velocity,
+                unusual: last.unusual + 1,
+                steps: last.steps,
+                ..first
+            });
+            return;
+        }
+        let newest = NEWEST.max(1.0 / (last.steps + 1) as f64);
+        let mixed = |old: f64, new: f64| old + newest * (new - old);
+        let moved = |old: f64, from: f64, to: f64| mixed(old, (to - from) / steps);
+        let (velocity, from, to) = (last.velocity_px, last.centre_px, component.centre_px);
+        // What enters, leaves or was taken for it all along has no usual area before.
+        let anew = cut || last.unusual >= USUAL_AFTER;
+        self.last = Some(Seen {
+            usual_px: if anew { area_px } else { mixed(last.usual_px, area_px) },
+            velocity_px: (moved(velocity.0, from.0, to.0), moved(velocity.1, from.1, to.1)),
+            steps: last.steps + 1,
+            ..first
         });
     }
 }

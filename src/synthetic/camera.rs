@@ -41,6 +41,8 @@ pub struct Camera {
     middle: Point3<f64>,
     extent: f64,
     pixels_per_unit: f64,
+    /// Where the middle is seen, pixels.
+    centre_px: (f64, f64),
 }
 
 impl Camera {
@@ -70,7 +72,20 @@ impl Camera {
             pixels_per_unit *= 1.0 - 0.5 * size.z / (distance.max(1.01) * extent);
         }
         let middle = rotation.inverse() * Point3::from((low + high) / 2.0);
-        Self { view, rotation, middle, extent, pixels_per_unit }
+        let centre_px = (0.5 * view.width as f64, 0.5 * view.height as f64);
+        Self { view, rotation, middle, extent, pixels_per_unit, centre_px }
+    }
+
+    /// The same view `zoom` times as large in a picture of another size, with its middle at
+    /// `centre_px` there, inside or outside of the picture.
+    #[must_use]
+    pub fn within(&self, width: usize, height: usize, centre_px: (f64, f64), zoom: f64) -> Self {
+        Self {
+            view: View { width, height, ..self.view },
+            pixels_per_unit: zoom * self.pixels_per_unit,
+            centre_px,
+            ..self.clone()
+        }
     }
 
     /// Picture width, pixels.
@@ -103,11 +118,7 @@ impl Camera {
                 away / (away - seen.z).max(0.01 * away)
             }
         } * self.pixels_per_unit;
-        Vector3::new(
-            0.5 * self.view.width as f64 + scale * seen.x,
-            0.5 * self.view.height as f64 - scale * seen.y,
-            seen.z,
-        )
+        Vector3::new(self.centre_px.0 + scale * seen.x, self.centre_px.1 - scale * seen.y, seen.z)
     }
 }
 

@@ -10,7 +10,7 @@ use super::camera::{Camera, Projection, View};
 use super::gaits::{Gait, StridePose};
 use super::horse::horse;
 use super::raster::silhouette;
-use super::scene;
+use super::scene::{Canvas, SENSOR_NOISE};
 use crate::error::Result;
 use crate::frames::FrameSource;
 use crate::image::{Picture, Rectangle};
@@ -168,7 +168,10 @@ impl SyntheticFootage {
         let way = self.gait.speed_m_s() * self.gait.stride_s() * self.camera.pixels_per_unit();
         let shift = way * self.phase_cycles(frame) * self.settings.yaw_rad.cos();
         let pose = self.truth(frame).pose;
-        scene::picture(&self.model, &pose, &self.camera, shift, self.settings.seed, frame)
+        let (width, height, seed) = (self.settings.width, self.settings.height, self.settings.seed);
+        let mut canvas = Canvas::background(width, height, shift, seed);
+        canvas.animal(&self.model, &pose, &self.camera);
+        canvas.exposed(SENSOR_NOISE, seed, frame)
     }
 
     /// Rectangles as a user would draw them on the first frame: inside the trunk, and clear of the
@@ -222,7 +225,7 @@ impl FrameSource for SyntheticFootage {
 }
 
 /// The rectangle of sides 2 : 1 about the centre of mass, grown while it stays inside.
-fn inside(mask: &Mask) -> Rectangle {
+pub(super) fn inside(mask: &Mask) -> Rectangle {
     let (cx, cy) = mask.centre_of_mass().unwrap_or((0.0, 0.0));
     let (cx, cy) = (cx.round() as usize, cy.round() as usize);
     let fits = |half: usize| {
@@ -238,7 +241,7 @@ fn inside(mask: &Mask) -> Rectangle {
 }
 
 /// The widest of the four strips beside the silhouette's bounds.
-fn clear(mask: &Mask) -> Rectangle {
+pub(super) fn clear(mask: &Mask) -> Rectangle {
     let (w, h) = (mask.width(), mask.height());
     let Some(b) = mask.bounds() else { return Rectangle { x: 0, y: 0, width: w, height: h } };
     let gap = 2;

@@ -10,7 +10,7 @@ use crate::image::Picture;
 use crate::rig::{Model, Pose};
 
 /// Deviation of the sensor noise, levels of 255.
-const SENSOR_NOISE: f64 = 4.0;
+pub(super) const SENSOR_NOISE: f64 = 4.0;
 
 /// Where the ground begins, as a share of the picture's height.
 const HORIZON: f64 = 0.62;
@@ -18,34 +18,109 @@ const HORIZON: f64 = 0.62;
 /// Direction towards the light in camera space: from above, behind the viewer's left shoulder.
 const LIGHT: [f64; 3] = [-0.35, 0.8, 0.5];
 
-/// Draws one frame. `shift_px` is how far the background has moved to the left; `seed` fixes both
-/// its texture and, with `frame`, the sensor noise.
-pub(super) fn picture(
-    model: &Model,
-    pose: &Pose,
-    camera: &Camera,
-    shift_px: f64,
-    seed: u64,
-    frame: usize,
-) -> Picture {
-    let (width, height) = (camera.width(), camera.height());
-    let mut colours: Vec<[f64; 3]> = Vec::with_capacity(width * height);
-    for y in 0..height {
-        let mut row = BackgroundRow::new(y as f64, height, seed);
-        colours.extend((0..width).map(|x| row.colour(x as f64 + shift_px)));
+/// A picture in the making.
+#[derive(Clone)]
+pub(super) struct Canvas {
+    width: usize,
+    /// Levels of 255, row by row; not bounded yet.
+    colours: Vec<[f64; 3]>,
+}
+
+impl Canvas {
+    /// The background, which has moved to the left by `shift_px`; `seed` fixes its texture.
+    pub(super) fn background(width: usize, height: usize, shift_px: f64, seed: u64) -> Self {
+        let mut colours: Vec<[f64; 3]> = Vec::with_capacity(width * height);
+        for y in 0..height {
+            let mut row = BackgroundRow::new(y as f64, height, seed);
+            colours.extend((0..width).map(|x| row.colour(x as f64 + shift_px)));
+        }
+        Self { width, colours }
     }
-    let coats: Vec<[f64; 3]> =
-        model.meshes.iter().map(|m| coat_colour(&model.skeleton.nodes[m.node].name)).collect();
-    draw(model, pose, camera, &|mesh, _| coats[mesh], &mut colours);
-    let mut noise = SensorNoise::new(seed, frame, width);
-    let mut rgb = Vec::with_capacity(3 * width * height);
-    for row in colours.chunks_exact(width.max(1)) {
-        let noisy = row.as_flattened().iter().zip(noise.row());
-        rgb.extend(noisy.map(|(value, noise)| level(value + SENSOR_NOISE * noise)));
+
+    /// Draws an animal over what is there.
+    pub(super) fn animal(&mut self, model: &Model, pose: &Pose, camera: &Camera) {
+        let coats: Vec<[f64; 3]> =
+            model.meshes.iter().map(|m| coat_colour(&model.skeleton.nodes[m.node].name)).collect();
+        draw(model, pose, camera, &|mesh, _| coats[mesh], &mut self.colours);
     }
-    // The length is that of the pixels by construction; a black picture would be seen at once.
-    Picture::from_rgb(width, height, rgb)
-        .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
+
+    /// Changes the colour of every pixel, given with its column and row.
+    pub(super) fn change(&mut self, change: impl Fn(usize, usize, &mut [f64; 3])) {
+        for (at, colour) in self.colours.iter_mut().enumerate() {
+            change(at % self.width, at / self.width, colour);
+        }
+    }
+
+    /// A trunk over the whole height in columns `span` of the world, which has moved to the left by
+    /// `shift_px`.
+    pub(super) fn trunk(&mut self, span: (f64, f64), shift_px: f64, seed: u64) {
+        for (y, row) in self.colours.chunks_exact_mut(self.width).enumerate() {
+            let mut bark = NoiseRow::new(4.0, y as f64 / 30.0, seed ^ 5);
+            for (x, colour) in row.iter_mut().enumerate() {
+                let x = x as f64 + shift_px;
+                if x >= span.0 && x < span.1 {
+                    let level = bark.at(x);
+                    *colour = [70.0 + 50.0 * level, 68.0 + 48.0 * level, 62.0 + 44.0 * level];
+                }
+            }
+        }
+    }
+
+    /// Lays patches of bare soil, the colour of which is near that of the animal, over the background.
+    pub(super) fn soil(&mut self, shift_px: f64, seed: u64) {
+        for (y, row) in self.colours.chunks_exact_mut(self.width).enumerate() {
+            let mut patches = NoiseRow::new(26.0, y as f64 / 13.0, seed ^ 6);
+            let mut grain = NoiseRow::new(5.0, y as f64 / 4.0, seed ^ 7);
+            for (x, colour) in row.iter_mut().enumerate() {
+                let x = x as f64 + shift_px;
+                let share = ((patches.at(x) - 0.55) / 0.15).clamp(0.0, 1.0);
+                let level = 0.8 + 0.4 * grain.at(x);
+                for (channel, soil) in colour.iter_mut().zip([120.0, 86.0, 62.0]) {
+                    *channel += share * (soil * level - *channel);
+                }
+            }
+        }
+    }
+
+    /// Softens it as a lens does: a quarter of each pixel's light goes to either side, across and down.
+    pub(super) fn soften(&mut self) {
+        let (w, h) = (self.width, self.colours.len() / self.width.max(1));
+        for step in [1, w] {
+            let sharp = self.colours.clone();
+            let line = |at: usize| if step == 1 { (at % w, w) } else { (at / w, h) };
+            for (at, colour) in self.colours.iter_mut().enumerate() {
+                let (place, length) = line(at);
+                let before = sharp[if place > 0 { at - step } else { at }];
+                let after = sharp[if place + 1 < length { at + step } else { at }];
+                for c in 0..3 {
+                    colour[c] = 0.25 * before[c] + 0.5 * colour[c] + 0.25 * after[c];
+                }
+            }
+        }
+    }
+
+    /// Takes the odd rows of another picture of the same size: the second field of an interlaced
+    /// frame.
+    pub(super) fn interlace(&mut self, second: &Canvas) {
+        let rows = self.colours.chunks_exact_mut(self.width);
+        for (row, other) in rows.zip(second.colours.chunks_exact(self.width)).skip(1).step_by(2) {
+            row.copy_from_slice(other);
+        }
+    }
+
+    /// The picture a sensor makes of it, whose noise has deviation `noise`, levels of 255, fixed by
+    /// `seed` and `frame`.
+    pub(super) fn exposed(&self, noise: f64, seed: u64, frame: usize) -> Picture {
+        let mut sensor = SensorNoise::new(seed, frame, self.width);
+        let mut rgb = Vec::with_capacity(3 * self.colours.len());
+        for row in self.colours.chunks_exact(self.width.max(1)) {
+            let noisy = row.as_flattened().iter().zip(sensor.row());
+            rgb.extend(noisy.map(|(value, unit)| level(value + noise * unit)));
+        }
+        // The length is that of the pixels by construction; a black picture would be seen at once.
+        Picture::from_rgb(self.width, self.colours.len() / self.width.max(1), rgb)
+            .unwrap_or_else(|| unreachable!("three bytes were made for every pixel"))
+    }
 }
 
 /// Noise of about unit deviation for each channel of each pixel, a row at a time.

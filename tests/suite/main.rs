@@ -16,6 +16,7 @@ mod feet;
 mod flags;
 mod frames;
 mod gltf_fixture;
+mod hard_footage;
 mod horse_walk;
 mod interpolate;
 mod layers;
