@@ -21,8 +21,9 @@ pub enum InstructionSet {
 }
 
 impl InstructionSet {
-    /// All, the fastest first.
-    pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Plain];
+    /// All, the fastest first. Tables of half-bytes pass over what does not change, counting does not:
+    /// on the one processor with both that was measured they are more than twice as fast.
+    pub const ALL: [Self; 3] = [Self::Avx2, Self::Avx512, Self::Plain];
 
     /// Whether this processor has them.
     #[must_use]
