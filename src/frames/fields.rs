@@ -5,16 +5,18 @@
 
 use std::path::PathBuf;
 
+use rayon::prelude::*;
+
 use super::decode;
 use crate::image::Picture;
 
 /// Pictures of a sequence that are looked at, evenly spread.
 const LOOKED_AT: usize = 5;
 
-/// A tooth is at least this high, levels of 255, and the rows of one field differ by less than this
-/// share of it.
-const TOOTH: i32 = 16;
-const FIELD_SHARE: f64 = 0.4;
+/// A tooth is at least this high, levels of 255, and the rows of one field differ by less than so many
+/// fifths of it.
+const TOOTH: i16 = 16;
+const FIELD_FIFTHS: i16 = 2;
 
 /// A picture is combed when so many of its pixels are in combs …
 const COMBED_SHARE: f64 = 5e-4;
@@ -27,7 +29,9 @@ const OVER_SIDEWAYS: f64 = 6.0;
 /// here: the reader says what is wrong with it.
 pub(super) fn are_interlaced(files: &[PathBuf]) -> bool {
     let looked_at = LOOKED_AT.min(files.len());
+    // Before the first frame can be read nothing else is done, so they are looked at side by side.
     let combed = (0..looked_at)
+        .into_par_iter()
         .map(|i| (2 * i + 1) * files.len() / (2 * looked_at))
         .filter_map(|at| decode::decode(&files[at], at).ok())
         .filter(|image| is_combed(&Picture::from_dynamic(image)))
@@ -37,35 +41,34 @@ pub(super) fn are_interlaced(files: &[PathBuf]) -> bool {
 
 fn is_combed(picture: &Picture) -> bool {
     let (w, h) = (picture.width(), picture.height());
-    let luma: Vec<i32> = picture
+    let luma: Vec<i16> = picture
         .rgb()
         .chunks_exact(3)
-        .map(|p| (2 * i32::from(p[0]) + 5 * i32::from(p[1]) + i32::from(p[2])) / 8)
+        .map(|p| (2 * i16::from(p[0]) + 5 * i16::from(p[1]) + i16::from(p[2])) / 8)
         .collect();
-    let (mut upright, mut sideways) = (0_usize, 0_usize);
-    for y in 0..h {
-        for x in 0..w {
-            let at = y * w + x;
-            if y + 4 < h {
-                upright += usize::from(is_comb(std::array::from_fn(|i| luma[at + i * w])));
-            }
-            if x + 4 < w {
-                sideways += usize::from(is_comb(std::array::from_fn(|i| luma[at + i])));
-            }
+    // Where five values lie one behind the other, so many places apart.
+    let combs = |at: usize, step: usize, length: usize| -> usize {
+        if length == 0 {
+            return 0;
         }
-    }
+        let line = |i: usize| &luma[at + i * step..at + i * step + length];
+        let [a, b, c, d, e] = [line(0), line(1), line(2), line(3), line(4)];
+        (0..length).map(|x| usize::from(is_comb([a[x], b[x], c[x], d[x], e[x]]))).sum()
+    };
+    let upright: usize = (0..h.saturating_sub(4)).map(|y| combs(y * w, w, w)).sum();
+    let sideways: usize = (0..h).map(|y| combs(y * w, 1, w.saturating_sub(4))).sum();
     upright as f64 > COMBED_SHARE * (w * h) as f64
         && upright as f64 > OVER_SIDEWAYS * sideways as f64
 }
 
-/// Whether five values in a row go to and fro between two levels.
-fn is_comb(values: [i32; 5]) -> bool {
-    let [a, b, c, d, e] = values;
+/// Whether five values in a row go to and fro between two levels. Without a jump, so that a line is looked at as vectors.
+fn is_comb([a, b, c, d, e]: [i16; 5]) -> bool {
     let teeth = [b - a, b - c, d - c, d - e];
-    let least = teeth.iter().map(|t| t.abs()).min().unwrap_or(0);
-    let same_way = teeth.iter().all(|t| *t > 0) || teeth.iter().all(|t| *t < 0);
-    let within = [a - c, c - e, b - d].iter().map(|d| d.abs()).max().unwrap_or(0);
-    same_way && least >= TOOTH && f64::from(within) < FIELD_SHARE * f64::from(least)
+    let [least, up, down] = teeth.iter().fold([i16::MAX, 1, 1], |[least, up, down], t| {
+        [least.min(t.abs()), up & i16::from(*t > 0), down & i16::from(*t < 0)]
+    });
+    let within = (a - c).abs().max((c - e).abs()).max((b - d).abs());
+    ((up | down) == 1) & (least >= TOOTH) & (5 * within < FIELD_FIFTHS * least)
 }
 
 /// The picture of the first field: each odd row's pixel is the median of itself and the pixels above

@@ -71,12 +71,13 @@ impl GaitPhase {
         let (mut amplitude, mut by_chance) = (vec![1.0; frames], vec![0.0; frames]);
         for t in 0..frames {
             let (mut met, mut of, mut noise) = (0.0, 0.0, 0.0);
-            for s in t.saturating_sub(far)..(t + far + 1).min(frames) {
+            let near = t.saturating_sub(far)..(t + far + 1).min(frames);
+            for (s, said) in near.clone().zip(&evidence[near]) {
                 let place = (s as f64 - t as f64) / width;
                 let weight = self.trust[s] * (-0.5 * place * place).exp();
-                met += weight * evidence[s].met;
-                of += weight * evidence[s].of;
-                noise += weight * weight * evidence[s].noise;
+                met += weight * said.met;
+                of += weight * said.of;
+                noise += weight * weight * said.noise;
             }
             if of > 0.0 {
                 (amplitude[t], by_chance[t]) = (met / of, noise / (of * of));
