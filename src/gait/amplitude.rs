@@ -83,15 +83,18 @@ impl GaitPhase {
                 (amplitude[t], by_chance[t]) = (met / of, noise / (of * of));
             }
         }
-        let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
-            self.trust.iter().enumerate().map(|(t, w)| w * value(t)).sum::<f64>() / seen
-        };
-        let varies = mean(&|t| (amplitude[t] - 1.0).powi(2));
-        let chance = mean(&|t| by_chance[t]);
+        let varies = self.trusted_mean(&|t| (amplitude[t] - 1.0).powi(2));
+        let chance = self.trusted_mean(&|t| by_chance[t]);
         let believed = (1.0 - NOISE_AT_MOST * chance / varies.max(f64::MIN_POSITIVE)).max(0.0);
         let gain = MOTION_OVER_OUTLINE * believed;
         let of_motion = |a: &f64| (1.0 + gain * (a - 1.0)).clamp(RANGE.0, RANGE.1);
         Some(amplitude.iter().map(of_motion).collect())
+    }
+
+    /// The mean over the frames, each weighted by its trust.
+    fn trusted_mean(&self, value: &dyn Fn(usize) -> f64) -> f64 {
+        let sum: f64 = self.trust.iter().enumerate().map(|(t, w)| w * value(t)).sum();
+        sum / self.trust.iter().sum::<f64>()
     }
 
     /// What each frame says, summed over the places that count.
@@ -109,11 +112,9 @@ impl GaitPhase {
         let taken = seen / (seen - (1 + 2 * order) as f64);
         let (mut weights, mut noises) = (vec![0.0; places], vec![0.0; places]);
         for c in 0..places {
-            let mean = |value: &dyn Fn(usize) -> f64| -> f64 {
-                (0..frames).map(|t| self.trust[t] * value(t)).sum::<f64>() / seen
-            };
-            let signal = mean(&|t| cycle[t][c].powi(2));
-            noises[c] = taken * mean(&|t| (off(t, c) - cycle[t][c]).powi(2)) + LEAST_NOISE;
+            let signal = self.trusted_mean(&|t| cycle[t][c].powi(2));
+            let missed = self.trusted_mean(&|t| (off(t, c) - cycle[t][c]).powi(2));
+            noises[c] = taken * missed + LEAST_NOISE;
             if signal > LEAST_OVER_NOISE * noises[c] {
                 weights[c] = 1.0 / (noises[c] + OWN_SHARE * signal);
             }

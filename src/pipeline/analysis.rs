@@ -170,13 +170,15 @@ fn analyse_usable(
         let scores = bridged(&all.scores, &used);
         view_drift(&scores, &all.variance_shares(), &used, &frames, gait, drift)
     });
-    // Where the view turns the outline changes for other reasons.
-    let reach = windows.reach_px(&used).filter(|_| view_drift.is_none());
-    let gait = match (gait, reach) {
-        (Some(gait), Some(reach)) => Some(gait.with_amplitude(&reach.rows(frames.clone()))),
-        (gait, _) => gait,
-    };
-    let gait = gait.map(|g| lengthened(g, frames.start, masks.len()));
+    let gait = gait.map(|gait| {
+        // Where the view turns the outline changes for other reasons.
+        let reach = if view_drift.is_none() { windows.reach_px(&used) } else { None };
+        let gait = match reach {
+            Some(reach) => gait.with_amplitude(&reach.rows(frames.clone())),
+            None => gait,
+        };
+        lengthened(gait, frames.start, masks.len())
+    });
     let scores = bridged(&pca.scores, &used);
     let segments = vec![Segment::of(frames.clone(), &spectral, gait.as_ref())];
     let found = MaskAnalysis {

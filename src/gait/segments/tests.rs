@@ -1,20 +1,7 @@
 use std::f64::consts::TAU;
 
+use super::super::tests::noise_source;
 use super::*;
-
-/// A deterministic stand-in for Gaussian noise of unit deviation: the sum of twelve uniform numbers.
-fn noise_source(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed.wrapping_mul(2).wrapping_add(1);
-    move || {
-        let sum: f64 = (0..12)
-            .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 33) as f64 / f64::from(1_u32 << 31)
-            })
-            .sum();
-        sum - 6.0
-    }
-}
 
 /// A cycle in six components: four harmonics, of a gait that `kind` tells from others.
 fn cycle(kind: u32, phase: f64) -> [f64; 6] {
