@@ -1,5 +1,5 @@
 //! Silhouettes against true masks: the figures of `docs/limits.md`.
-//! `cargo run --release --example silhouettes [-- [--reversed] [--from FRAME] [CLIP …]]`
+//! `cargo run --release --example silhouettes [-- [--reversed] [--from FRAME] [--corrections N] [CLIP …]]`
 //!
 //! For each clip, first from two rectangles and then with up to three corrected frames, each the one
 //! the program asks for: the mean overlap (Jaccard, frame 0 left out) of the whole and of the legs
@@ -8,7 +8,8 @@
 //! worst of all), how many other frames lost more than .01 by it, and the most that one lost.
 //!
 //! `--reversed` plays the clips backwards and `--from` cuts their beginning off; rectangles are then
-//! derived from the true mask of the new first frame, so these are further clips, of a kind.
+//! derived from the true mask of the new first frame as those of the data folder were, so these are
+//! further clips, of a kind. `--corrections` is 3 unless told.
 
 #![allow(clippy::print_stdout, reason = "the table is what the program is for")]
 #![allow(clippy::unwrap_used, reason = "a measurement that fails may panic")]
@@ -29,11 +30,12 @@ const LOST: f64 = 0.01;
 
 fn main() {
     let mut names = Vec::new();
-    let (mut reversed, mut from) = (false, 0);
+    let (mut reversed, mut from, mut corrections) = (false, 0, 3);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--reversed" => reversed = true,
+            "--corrections" => corrections = arguments.next().unwrap().parse().unwrap(),
             "--from" => from = arguments.next().unwrap().parse().unwrap(),
             name => names.push(name.to_owned()),
         }
@@ -60,7 +62,7 @@ fn main() {
         } else {
             Clip::observed(&data, name)
         };
-        sums.push(measured(name, clip));
+        sums.push(measured(name, clip, corrections));
     }
     let cases = sums.iter().map(Vec::len).min().unwrap_or(0);
     for case in 0..cases {
@@ -70,7 +72,7 @@ fn main() {
 }
 
 /// Prints the figures of a clip; its mean overlaps with no, one, two and three corrected frames.
-fn measured(name: &str, mut clip: Clip) -> Vec<Overlap> {
+fn measured(name: &str, mut clip: Clip, corrections: usize) -> Vec<Overlap> {
     let mut found = clip.outlined();
     let mut overlaps = clip.overlaps(&found);
     let mut means = vec![print(name, "two rectangles", &overlaps, &found)];
@@ -78,7 +80,7 @@ fn measured(name: &str, mut clip: Clip) -> Vec<Overlap> {
         let first = Overlap::mean(overlaps.iter().take(30).map(|o| &o.1));
         println!("{name:14} frames 1 to 30: J {:.3}, legs {:.3}", first.whole, first.legs);
     }
-    for _ in 0..3 {
+    for _ in 0..corrections {
         let Some(frame) = clip.correct_least_sure(&found) else { break };
         let own = overlaps.iter().find(|o| o.0 == frame).map_or(1.0, |o| o.1.whole);
         let rank = overlaps.iter().filter(|o| o.1.whole < own).count() + 1;
@@ -130,32 +132,39 @@ fn rank_correlation(pairs: &[(f64, f64)]) -> f64 {
     1.0 - 6.0 * squares / (n * (n * n - 1.0))
 }
 
-/// The largest square inside the animal, and a third of the picture beside or above it.
+/// The largest rectangle inside the animal, and the largest that is 15 pixels clear of it: as those
+/// of the data folder were made.
 fn rectangles(truth: &Mask) -> (Rectangle, Rectangle) {
     let (w, h) = (truth.width(), truth.height());
-    let mut radius = 0;
-    while !truth.eroded(radius + 1).is_empty() {
-        radius += 1;
+    let near = truth.dilated(15);
+    (
+        largest_rectangle(w, h, |x, y| truth.get(x, y)),
+        largest_rectangle(w, h, |x, y| !near.get(x, y)),
+    )
+}
+
+/// The largest rectangle of pixels that are all inside, the topmost and then the leftmost of equals:
+/// for each row taken as the bottom, the widest that each column's height allows.
+fn largest_rectangle(w: usize, h: usize, inside: impl Fn(usize, usize) -> bool) -> Rectangle {
+    let mut best = Rectangle { x: 0, y: 0, width: 0, height: 0 };
+    let mut heights = vec![0; w];
+    for y in 0..h {
+        for (x, height) in heights.iter_mut().enumerate() {
+            *height = if inside(x, y) { *height + 1 } else { 0 };
+        }
+        for x in 0..w {
+            let mut height = heights[x];
+            for (right, beside) in heights.iter().enumerate().skip(x) {
+                height = height.min(*beside);
+                let width = right + 1 - x;
+                if width * height > best.width * best.height {
+                    best = Rectangle { x, y: y + 1 - height, width, height };
+                }
+                if height == 0 {
+                    break;
+                }
+            }
+        }
     }
-    let core = truth.eroded(radius);
-    let (x, y) = (0..w * h).map(|at| (at % w, at / w)).find(|&(x, y)| core.get(x, y)).unwrap();
-    let side = (radius * 7 / 10).max(8);
-    let left = x.saturating_sub(side);
-    let top = y.saturating_sub(side);
-    let foreground = Rectangle {
-        x: left,
-        y: top,
-        width: (2 * side).min(w - left),
-        height: (2 * side).min(h - top),
-    };
-    let b = truth.bounds().unwrap();
-    // The widest of the strips left of, right of, above and below the animal.
-    let strips = [
-        Rectangle { x: 0, y: 0, width: b.left, height: h },
-        Rectangle { x: b.right + 1, y: 0, width: w - b.right - 1, height: h },
-        Rectangle { x: 0, y: 0, width: w, height: b.top },
-        Rectangle { x: 0, y: b.bottom + 1, width: w, height: h - b.bottom - 1 },
-    ];
-    let background = strips.into_iter().max_by_key(|r| r.width * r.height).unwrap();
-    (foreground, background)
+    best
 }

@@ -24,6 +24,18 @@ impl Mask {
         result
     }
 
+    /// The mask at half the size: set where at least two of four pixels are. An odd last row or column
+    /// is left out.
+    pub(crate) fn halved(&self) -> Self {
+        let set = |x: usize, y: usize| {
+            usize::from(x < self.width() && y < self.height() && self.get(x, y))
+        };
+        Self::from_fn((self.width() / 2).max(1), (self.height() / 2).max(1), |x, y| {
+            let (x, y) = (2 * x, 2 * y);
+            set(x, y) + set(x + 1, y) + set(x, y + 1) + set(x + 1, y + 1) >= 2
+        })
+    }
+
     /// The mask at `scale` times its size about the point (`x`, `y`), which stays where it is, in a
     /// picture of the same size: each pixel takes the value of the nearest source pixel.
     ///
@@ -75,6 +87,19 @@ mod tests {
             });
             prop_assert_eq!(window, slow);
         }
+    }
+
+    #[test]
+    fn half_the_size_has_what_most_of_four_have() {
+        let mask = Mask::from_fn(7, 5, |x, y| (x * 5 + y * 3) % 4 < 2);
+        let half = mask.halved();
+        assert_eq!((half.width(), half.height()), (3, 2));
+        for (x, y) in (0..3).flat_map(|x| (0..2).map(move |y| (x, y))) {
+            let four = [(0, 0), (1, 0), (0, 1), (1, 1)];
+            let set = four.iter().filter(|(dx, dy)| mask.get(2 * x + dx, 2 * y + dy)).count();
+            assert_eq!(half.get(x, y), set >= 2, "{x} {y}");
+        }
+        assert!(Mask::new(1, 1).halved().is_empty());
     }
 
     #[test]

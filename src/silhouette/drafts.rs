@@ -22,6 +22,8 @@ use super::least_sure::CARRIED_FRAMES;
 use super::location::location_odds;
 use super::plate::{Asked, PlateDistances, compared_frames, plate_distances};
 use super::resemblance::{Resemblance, Seen};
+use super::scene_evidence::Compared;
+use super::scene_parts::{Stage, without_scene};
 use super::shadow::{self, shadow};
 use super::warp::Source;
 use crate::mask::Mask;
@@ -150,7 +152,8 @@ impl Clip {
         guesses: &[Mask],
         step: &dyn Fn(usize, usize) -> bool,
     ) -> Option<Drafted> {
-        let mut masks = filled(&self.from_first, guesses.to_vec());
+        let compared = Compared::of(&self.frames, &self.from_first, self.fps);
+        let mut masks = filled(&self.from_first, without_scene(&compared, guesses, Stage::Guess));
         let mut drafted = None;
         for round in 0..ROUNDS {
             if !step(round, ROUNDS) {
@@ -160,8 +163,11 @@ impl Clip {
             if round + 1 == ROUNDS {
                 drafted = Some(Drafted { frames, cues: vec![cues] });
             } else {
-                let found = frames.into_iter().map(|d| d.mask).collect();
-                masks = repaired(filled(&self.from_first, found));
+                let found: Vec<Mask> = frames.into_iter().map(|d| d.mask).collect();
+                masks = repaired(filled(
+                    &self.from_first,
+                    without_scene(&compared, &found, Stage::Draft),
+                ));
             }
         }
         drafted
@@ -412,15 +418,5 @@ impl Clip {
 
 /// The draft's bounding box, grown by `reach` roots of its area on all sides.
 fn region(draft: &Mask, reach: f64) -> Region {
-    let (w, h) = (draft.width(), draft.height());
-    let Some(b) = draft.bounds() else {
-        return Region { left: 0, top: 0, right: 0, bottom: 0 };
-    };
-    let by = (reach * (draft.area() as f64).sqrt()) as usize;
-    Region {
-        left: b.left.saturating_sub(by),
-        top: b.top.saturating_sub(by),
-        right: (b.right + 1 + by).min(w),
-        bottom: (b.bottom + 1 + by).min(h),
-    }
+    Region::about(draft, (reach * (draft.area() as f64).sqrt()) as usize)
 }

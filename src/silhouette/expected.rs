@@ -14,28 +14,54 @@ const WHOLE: f64 = 0.92;
 /// A second piece counts as the animal's when this share of it lies where a correction expects it.
 const PIECE_EXPECTED: f64 = 0.4;
 
-/// Empty drafts between others take over the nearest one in time, moved as the camera has
-/// moved: the animal is looked for where it may be.
+/// Frames over which the speed of an animal that is lost after them is taken.
+const SPEED_FRAMES: usize = 5;
+
+/// Empty drafts take over the nearest one in time, moved to where the animal may be: between others
+/// on the straight line before the scene from one to the next, before the first and after the last
+/// along with its speed there.
 pub(super) fn filled(from_first: &[Matrix3<f64>], mut masks: Vec<Mask>) -> Vec<Mask> {
     let full: Vec<usize> = (0..masks.len()).filter(|&t| !masks[t].is_empty()).collect();
-    for t in 0..masks.len() {
-        if !masks[t].is_empty() {
-            continue;
-        }
-        let Some(&nearest) = full.iter().min_by_key(|&&s| s.abs_diff(t)) else { break };
-        let source = masks[nearest].clone();
-        let Some((x, y)) = source.centre_of_mass() else { continue };
-        let moved = match from_first[nearest].try_inverse() {
-            Some(back) => {
-                let p = from_first[t] * back * Vector3::new(x, y, 1.0);
-                (p.x / p.z - x, p.y / p.z - y)
-            }
-            None => (0.0, 0.0),
-        };
+    let seen: Vec<(usize, (f64, f64))> =
+        full.iter().filter_map(|&t| Some((t, masks[t].centre_of_mass()?))).collect();
+    let empty: Vec<usize> = (0..masks.len()).filter(|&t| masks[t].is_empty()).collect();
+    for t in empty {
+        let Some(&(nearest, own)) = seen.iter().min_by_key(|(s, _)| s.abs_diff(t)) else { break };
+        let (x, y) = expected_centre(from_first, &seen, t).unwrap_or(own);
+        let source = &masks[nearest];
         let (w, h) = (source.width(), source.height());
-        masks[t] = source.window(-moved.0.round() as i64, -moved.1.round() as i64, w, h);
+        let (x, y) = (x.clamp(0.0, w as f64), y.clamp(0.0, h as f64));
+        let moved = ((x - own.0).round() as i64, (y - own.1).round() as i64);
+        masks[t] = source.window(-moved.0, -moved.1, w, h);
     }
     masks
+}
+
+/// Where a frame has the centre, by those seen in others, laid over it by the camera's motion.
+fn expected_centre(
+    from_first: &[Matrix3<f64>],
+    seen: &[(usize, (f64, f64))],
+    t: usize,
+) -> Option<(f64, f64)> {
+    let here = |(s, (x, y)): (usize, (f64, f64))| {
+        let p = from_first[t] * from_first[s].try_inverse()? * Vector3::new(x, y, 1.0);
+        Some((s as f64, (p.x / p.z, p.y / p.z)))
+    };
+    let next = seen.partition_point(|(s, _)| *s < t);
+    let (from, to) = if next == 0 {
+        let last = seen.partition_point(|(s, _)| *s <= seen[0].0 + SPEED_FRAMES) - 1;
+        (seen[0], seen[last])
+    } else if next == seen.len() {
+        let last = seen[next - 1];
+        let first = seen.partition_point(|(s, _)| *s + SPEED_FRAMES < last.0);
+        (last, seen[first])
+    } else {
+        (seen[next - 1], seen[next])
+    };
+    let ((from_t, from), (to_t, to)) = (here(from)?, here(to)?);
+    let frames = if to_t == from_t { 1.0 } else { to_t - from_t };
+    let along = (t as f64 - from_t) / frames;
+    Some((from.0 + along * (to.0 - from.0), from.1 + along * (to.1 - from.1)))
 }
 
 /// Drafts that lost a part for a moment take over the nearest whole one beside their own: the next
@@ -92,4 +118,35 @@ pub(super) fn animal(
         }
     }
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(centre: (f64, f64)) -> Mask {
+        Mask::from_fn(200, 60, |x, y| {
+            (x as f64 - centre.0).abs() <= 4.0 && (y as f64 - centre.1).abs() <= 4.0
+        })
+    }
+
+    /// Before a camera that moves by two pixels a frame.
+    #[test]
+    fn lost_drafts_are_put_where_the_animal_should_be_by_then() {
+        let path: Vec<Matrix3<f64>> = (0..30)
+            .map(|t| Matrix3::new(1.0, 0.0, -2.0 * f64::from(t), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+            .collect();
+        // It goes 5 pixels a frame before the scene and 3 in the picture.
+        let centre = |t: usize| (40.0 + 3.0 * t as f64, 30.0);
+        for lost in [0..6, 12..20, 24..30] {
+            let masks: Vec<Mask> = (0..30)
+                .map(|t| if lost.contains(&t) { Mask::new(200, 60) } else { square(centre(t)) })
+                .collect();
+            for (t, found) in filled(&path, masks).iter().enumerate() {
+                let (x, y) = found.centre_of_mass().unwrap();
+                assert!((x - centre(t).0).abs() <= 1.0 && (y - 30.0).abs() <= 1.0, "{t}: {x} {y}");
+            }
+        }
+        assert!(filled(&path, vec![Mask::new(200, 60); 30]).iter().all(Mask::is_empty));
+    }
 }

@@ -7,6 +7,7 @@ use fast_image_resize::images::{Image, ImageRef};
 use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
 
 use crate::image::Picture;
+use crate::mask::Mask;
 
 /// Steps of the table of the Lab curve over linear light. The curve is steepest at black, 7.8 a
 /// unit: a step moves L* by .1 there and by far less elsewhere.
@@ -26,6 +27,17 @@ pub(super) struct Region {
 }
 
 impl Region {
+    /// The bounds of a mask grown by `by` pixels on all sides, as far as there are any.
+    pub(super) fn about(mask: &Mask, by: usize) -> Self {
+        let Some(b) = mask.bounds() else { return Self { left: 0, top: 0, right: 0, bottom: 0 } };
+        Self {
+            left: b.left.saturating_sub(by),
+            top: b.top.saturating_sub(by),
+            right: (b.right + 1 + by).min(mask.width()),
+            bottom: (b.bottom + 1 + by).min(mask.height()),
+        }
+    }
+
     pub(super) fn width(self) -> usize {
         self.right - self.left
     }
@@ -78,6 +90,26 @@ impl LabImage {
     pub(super) fn from_planes(width: usize, height: usize, planes: [Vec<u8>; 3]) -> Self {
         debug_assert!(planes.iter().all(|p| p.len() == width * height), "planes of one size");
         Self { width, height, planes }
+    }
+
+    /// The picture at half the size, each pixel the mean of four; an odd last row or column is left out.
+    pub(super) fn halved(&self) -> Self {
+        let (w, h) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let (last_x, last_y) = (self.width - 1, self.height - 1);
+        let planes = self.planes.each_ref().map(|plane| {
+            let mut halved = Vec::with_capacity(w * h);
+            for y in 0..h {
+                let row = |y: usize| &plane[y.min(last_y) * self.width..][..self.width];
+                let (upper, lower) = (row(2 * y), row(2 * y + 1));
+                halved.extend((0..w).map(|x| {
+                    let (left, right) = (2 * x, (2 * x + 1).min(last_x));
+                    let sum = [upper[left], upper[right], lower[left], lower[right]];
+                    ((sum.into_iter().map(u16::from).sum::<u16>() + 2) / 4) as u8
+                }));
+            }
+            halved
+        });
+        Self { width: w, height: h, planes }
     }
 
     /// The same in the light in which the cube root of luminance is 1/`light` of what it is here:
@@ -213,6 +245,26 @@ pub(super) fn lab_curve(t: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn half_the_size_is_the_mean_of_four() {
+        let plane = |w: usize, h: usize| (0..w * h).map(|at| (at * 37 % 251) as u8).collect();
+        for (w, h) in [(6, 4), (7, 5), (1, 1), (1, 4), (3, 1)] {
+            let image = LabImage::from_planes(w, h, [plane(w, h), plane(w, h), vec![9; w * h]]);
+            let half = image.halved();
+            assert_eq!((half.width(), half.height()), ((w / 2).max(1), (h / 2).max(1)));
+            for at in 0..half.width() * half.height() {
+                let (x, y) = (2 * (at % half.width()), 2 * (at / half.width()));
+                let four = [(0, 0), (1, 0), (0, 1), (1, 1)];
+                let value = |(dx, dy): (usize, usize)| {
+                    f64::from(image.at((y + dy).min(h - 1) * w + (x + dx).min(w - 1))[0])
+                };
+                let mean = four.into_iter().map(value).sum::<f64>() / 4.0;
+                let found = half.at(at);
+                assert!((f64::from(found[0]) - mean).abs() <= 0.5 && found[2] == 9, "{w} {h} {at}");
+            }
+        }
+    }
 
     #[test]
     fn known_colours() {

@@ -16,7 +16,7 @@ use super::warp::{Source, Warped};
 const OFFSETS: [usize; 6] = [5, 8, 12, 16, 24, 32];
 
 /// The frame rate that [`OFFSETS`] are meant for.
-const REFERENCE_FPS: f64 = 24.0;
+pub(super) const REFERENCE_FPS: f64 = 24.0;
 
 /// Of the distances to the valid frames the one at this rank is taken, as a share of their number:
 /// low, since some frames still show another animal, its shadow or a wave there, but not the
