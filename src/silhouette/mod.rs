@@ -23,6 +23,7 @@ mod likeness;
 mod location;
 mod occlusions;
 mod outline;
+mod pair_costs;
 mod plate;
 mod reach;
 mod resemblance;
