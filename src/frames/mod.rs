@@ -27,7 +27,7 @@ mod tiff_float;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-pub use ahead::read_ahead;
+pub use ahead::{Ahead, read_ahead};
 pub use decode::{MAX_PIXELS, MAX_SIDE_PX};
 pub use ffmpeg::{Ffmpeg, MovieWriter, VideoInfo};
 pub use finding::Finding;
@@ -221,7 +221,7 @@ impl FrameSource for Footage {
 /// range, a file that is empty, cut short, too large or not decodable, ffmpeg missing, no video in
 /// the file.
 pub fn open(spec: &SourceSpec) -> Result<Footage> {
-    open_with(spec, Ffmpeg::find)
+    open_with(spec, Ffmpeg::begin)
 }
 
 /// [`open`], with the search for ffmpeg as an argument: it is called for video files only.
