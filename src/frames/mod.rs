@@ -234,13 +234,13 @@ fn open_with(spec: &SourceSpec, find: impl FnOnce(&Path) -> Result<Ffmpeg>) -> R
             Located::Stills(sequence) => {
                 let first = spec.frames.map_or(0, FrameRange::first);
                 // Told from the whole sequence, so that a frame looks the same in every part of it.
-                let interlaced = fields::are_interlaced(&sequence.files);
+                let seen = fields::look(&sequence.files);
                 let files = chosen::files(&spec.location, sequence.files, spec.frames)?;
                 let mut findings = sequence.findings;
-                if interlaced {
+                if seen.interlaced {
                     findings.push(Finding::Interlaced { path: spec.location.clone() });
                 }
-                (Box::new(stills::Stills::open(files, first, interlaced)?), findings, None)
+                (Box::new(stills::Stills::open(files, first, seen)?), findings, None)
             }
             Located::Gif(path) => {
                 let gif = gif::AnimatedGif::open(&path)?;

@@ -71,6 +71,17 @@ pub(crate) trait Kernel {
     fn run(self) -> Self::Result;
 }
 
+/// The whole part of 0 ≤ `value` < 2²², exactly. A cast minds values beyond the integers, one by one; this
+/// is made of operations on vectors.
+#[inline(always)]
+pub(crate) fn whole_part(value: f32) -> u32 {
+    // At this size floats are whole numbers, whose lowest 22 bits are what was added.
+    const TO_WHOLE: f32 = 12_582_912.0;
+    let nearest = (value + TO_WHOLE) - TO_WHOLE;
+    let whole = if nearest > value { nearest - 1.0 } else { nearest };
+    (whole + TO_WHOLE).to_bits() & 0x3F_FFFF
+}
+
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::Kernel;
@@ -105,6 +116,16 @@ mod tests {
     fn plain_instructions_are_everywhere_and_the_best_are_available() {
         assert!(InstructionSet::Plain.is_available());
         assert!(InstructionSet::best().is_available());
+    }
+
+    #[test]
+    fn the_whole_part_is_that_of_a_cast() {
+        for at in 0..4_000_000_u32 {
+            let value = at as f32 * 0.37;
+            for value in [value, value.next_up(), value.next_down().max(0.0), at as f32] {
+                assert_eq!(whole_part(value), value as u32, "{value}");
+            }
+        }
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub use eigen::{EigenPairs, leading_eigenpairs};
 pub use eigen_jacobi::extreme_eigenvalues;
 pub use fourier::{amplitude_spectrum, band_pass};
 pub use instructions::InstructionSet;
-pub(crate) use instructions::Kernel;
+pub(crate) use instructions::{Kernel, whole_part};
 pub use kernel::{DEFAULT_ALPHA, KernelMatrix, distance_sq, gaussian};
 pub use max_flow::{Cut, GridCut, GridProblem};
 pub use mirrored::MirroredCycle;

@@ -7,7 +7,7 @@ use fast_image_resize::images::{Image, ImageRef};
 use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
 
 use crate::image::Picture;
-use crate::numeric::{InstructionSet, Kernel};
+use crate::numeric::{InstructionSet, Kernel, whole_part};
 
 /// Steps of the table of the Lab curve over linear light. The curve is steepest at black, 7.8 a
 /// unit: a step moves L* by .1 there and by far less elsewhere.
@@ -209,20 +209,28 @@ impl Curves {
     /// step by step, as vectors.
     #[inline(always)]
     fn lab(&self, rgb: &[[u8; 3]; BLOCK]) -> [[u8; BLOCK]; 3] {
-        let linear: [[f32; BLOCK]; 3] =
-            std::array::from_fn(|c| std::array::from_fn(|i| self.linear[usize::from(rgb[i][c])]));
+        // Plain loops: what works on arrays as a whole is not compiled into them.
+        let mut linear = [[0.0; BLOCK]; 3];
+        for (i, rgb) in rgb.iter().enumerate() {
+            for (linear, level) in linear.iter_mut().zip(rgb) {
+                linear[i] = self.linear[usize::from(*level)];
+            }
+        }
         let [r, g, b] = &linear;
-        let mut places = [[0_i32; BLOCK]; 3];
+        let mut places = [[0_u32; BLOCK]; 3];
         for i in 0..BLOCK {
             let x = 0.433_953 * r[i] + 0.376_219 * g[i] + 0.189_828 * b[i];
             let y = 0.212_673 * r[i] + 0.715_152 * g[i] + 0.072_175 * b[i];
             let z = 0.017_758 * r[i] + 0.109_477 * g[i] + 0.872_766 * b[i];
             for (places, light) in places.iter_mut().zip([x, y, z]) {
-                places[i] = (light * CURVE_STEPS as f32 + 0.5) as i32;
+                places[i] = whole_part(light * CURVE_STEPS as f32 + 0.5);
             }
         }
-        let curve = |place: i32| self.curve[(place as usize).min(CURVE_STEPS)];
-        let [x, y, z] = &places.map(|places| places.map(curve));
+        let mut curves = [[0.0; BLOCK]; 3];
+        for (curve, places) in curves.as_flattened_mut().iter_mut().zip(places.as_flattened()) {
+            *curve = self.curve[(*places as usize).min(CURVE_STEPS)];
+        }
+        let [x, y, z] = &curves;
         let mut planes = [[0; BLOCK]; 3];
         for i in 0..BLOCK {
             let values = [
@@ -231,7 +239,7 @@ impl Curves {
                 200.0 * (y[i] - z[i]) + 128.5,
             ];
             for (plane, value) in planes.iter_mut().zip(values) {
-                plane[i] = value.clamp(0.0, 255.0) as i32 as u8;
+                plane[i] = whole_part(value.clamp(0.0, 255.0)) as u8;
             }
         }
         planes

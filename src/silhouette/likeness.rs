@@ -2,7 +2,7 @@
 
 use super::lab_image::LabImage;
 use super::plate::UNKNOWN;
-use crate::numeric::{InstructionSet, Kernel};
+use crate::numeric::{InstructionSet, Kernel, whole_part};
 
 /// The least and the greatest value of each plane in the 3 × 3 pixels about each pixel: what half a
 /// pixel of misalignment may turn a colour into.
@@ -197,9 +197,8 @@ fn compared(
     }
     let mut distances = [0; BLOCK];
     for i in 0..BLOCK {
-        // Less than 256. To bytes by way of 32 bits, which is an instruction on vectors.
-        let root = f32::from(here[i].max(back[i])).sqrt() as i32;
-        distances[i] = root.min(i32::from(UNKNOWN - 1)) as u8;
+        let root = f32::from(here[i].max(back[i])).sqrt();
+        distances[i] = whole_part(root.min(f32::from(UNKNOWN - 1))) as u8;
     }
     distances
 }

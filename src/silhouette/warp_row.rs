@@ -91,8 +91,11 @@ impl Row {
             self.gather_one_by_one(at, other, line);
             return;
         }
-        self.weights[0][at] = std::array::from_fn(|i| line.weight_x(i as i32));
-        self.weights[1][at] = std::array::from_fn(|i| line.weight_y(i as i32));
+        let [along, across] = &mut self.weights;
+        for i in 0..SPAN {
+            along[at][i] = line.weight_x(i as i32);
+            across[at][i] = line.weight_y(i as i32);
+        }
     }
 
     /// Eight pixels side by side.
@@ -197,13 +200,15 @@ impl Line {
     /// the last place is `off` by one or none.
     #[inline(always)]
     fn further(&self, off: (i32, i32), least: (i32, i32)) -> [Bytes; 2] {
-        let bytes = |further: &dyn Fn(i32) -> i32| {
-            let byte = |i: usize| (further(i as i32) as u8).wrapping_neg();
-            Bytes::from_le_bytes(std::array::from_fn(byte))
-        };
-        let along = if off.0 == 0 { 0 } else { bytes(&|i| self.pixel(i).0 - i - least.0) };
-        let across = if off.1 == 0 { 0 } else { bytes(&|i| self.pixel(i).1 - least.1) };
-        [along, across]
+        let mut bytes = [[0; SPAN]; 2];
+        let [along, across] = &mut bytes;
+        for i in 0..SPAN {
+            let (x, y) = self.pixel(i as i32);
+            along[i] = ((x - i as i32 - least.0) as u8).wrapping_neg();
+            across[i] = ((y - least.1) as u8).wrapping_neg();
+        }
+        let [along, across] = bytes.map(Bytes::from_le_bytes);
+        [if off.0 == 0 { 0 } else { along }, if off.1 == 0 { 0 } else { across }]
     }
 
     #[inline(always)]
