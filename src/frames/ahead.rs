@@ -15,17 +15,25 @@ struct Head {
     frame_count: Option<usize>,
 }
 
-/// A source that is opened and decoded in a thread of its own, up to `frames` frames (at least one)
-/// ahead. Frames and errors come in the same order as without.
+/// How far ahead of what is worked on is decoded.
+#[derive(Clone, Copy, Debug)]
+pub struct Ahead {
+    /// So many frames, whatever their size; at least one.
+    pub frames: usize,
+    /// More of small frames, up to so many pixels in all.
+    pub pixels: usize,
+}
+
+/// A source that is opened and decoded in a thread of its own, some frames ahead. Frames and errors come in
+/// the same order as without.
 ///
 /// # Errors
 /// Those of `open`.
 pub fn read_ahead(
     open: impl FnOnce() -> Result<Box<dyn FrameSource>> + Send + 'static,
-    frames: usize,
+    ahead: Ahead,
 ) -> Result<Box<dyn FrameSource>> {
     let (say_head, head) = sync_channel(1);
-    let (send, receiver) = sync_channel(frames.max(1));
     // Sending fails when nobody listens any more: the work was given up.
     let read = move || {
         let mut source = match open() {
@@ -38,7 +46,9 @@ pub fn read_ahead(
             fps: source.fps(),
             frame_count: source.frame_count(),
         };
-        let mut heard = say_head.send(Ok(head)).is_ok();
+        let small = ahead.pixels / (head.width * head.height).max(1);
+        let (send, receiver) = sync_channel(ahead.frames.max(small).max(1));
+        let mut heard = say_head.send(Ok((head, receiver))).is_ok();
         while heard {
             let next = source.next_stored();
             let last = !matches!(next, Ok(Some(_)));
@@ -49,7 +59,7 @@ pub fn read_ahead(
     let started = thread::Builder::new().name("read ahead".to_owned()).spawn(read);
     // Only a machine at its limits refuses a thread; nothing could be read then.
     started.map_err(|_| Error::Interrupted)?;
-    let head = head.recv().unwrap_or(Err(Error::Interrupted))?;
+    let (head, receiver) = head.recv().unwrap_or(Err(Error::Interrupted))?;
     Ok(Box::new(ReadAhead { head, receiver, ended: false }))
 }
 
@@ -127,6 +137,7 @@ mod tests {
     #[test]
     fn frames_errors_and_the_end_come_in_order() {
         for (ahead, frames, fails) in [(1, 5, true), (3, 5, false), (9, 0, true)] {
+            let ahead = Ahead { frames: ahead, pixels: 2 };
             let counting = Counting { next: 0, frames, fails };
             let mut source = read_ahead(move || Ok(Box::new(counting)), ahead).unwrap();
             assert_eq!(source.frame_count(), Some(usize::from(frames)));
@@ -136,13 +147,15 @@ mod tests {
             assert_eq!(source.next_frame().is_err(), fails);
             assert!(source.next_frame().unwrap().is_none(), "an end stays an end");
         }
-        assert!(read_ahead(|| Err(Error::Interrupted), 2).is_err());
+        let ahead = Ahead { frames: 2, pixels: 0 };
+        assert!(read_ahead(|| Err(Error::Interrupted), ahead).is_err());
     }
 
     #[test]
     fn a_source_that_is_given_up_does_not_block() {
         let counting = Counting { next: 0, frames: 200, fails: false };
-        let mut source = read_ahead(move || Ok(Box::new(counting)), 2).unwrap();
+        let ahead = Ahead { frames: 2, pixels: 9 };
+        let mut source = read_ahead(move || Ok(Box::new(counting)), ahead).unwrap();
         assert!(source.next_frame().unwrap().is_some());
         drop(source);
     }

@@ -3,6 +3,7 @@
 //! The even rows of an interlaced frame show one moment and the odd rows another. What moved between
 //! them has a comb for an outline: rows that go to and fro.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
@@ -25,18 +26,35 @@ const COMBED_SHARE: f64 = 5e-4;
 /// make.
 const OVER_SIDEWAYS: f64 = 6.0;
 
-/// Whether most of some pictures of the sequence are combed. One that cannot be read says nothing
-/// here: the reader says what is wrong with it.
-pub(super) fn are_interlaced(files: &[PathBuf]) -> bool {
+/// Pictures that were looked at are kept for the reader when they have at most so many pixels.
+const KEPT_PIXELS: usize = 1 << 20;
+
+/// What looking at some pictures of a sequence told.
+pub(super) struct LookedAt {
+    /// Whether most of them are combed.
+    pub(super) interlaced: bool,
+    /// Small ones, by their numbers, so that the reader need not decode them again.
+    pub(super) pictures: BTreeMap<usize, Picture>,
+}
+
+/// Looks at some pictures of a sequence. One that cannot be read says nothing here: the reader says what is
+/// wrong with it.
+pub(super) fn look(files: &[PathBuf]) -> LookedAt {
     let looked_at = LOOKED_AT.min(files.len());
     // Before the first frame can be read nothing else is done, so they are looked at side by side.
-    let combed = (0..looked_at)
+    let seen: Vec<(usize, Picture, bool)> = (0..looked_at)
         .into_par_iter()
         .map(|i| (2 * i + 1) * files.len() / (2 * looked_at))
-        .filter_map(|at| decode::decode(&files[at], at).ok())
-        .filter(|image| is_combed(&Picture::from_dynamic(image)))
-        .count();
-    2 * combed > looked_at
+        .filter_map(|at| {
+            let picture = Picture::from_dynamic(&decode::decode(&files[at], at).ok()?);
+            let combed = is_combed(&picture);
+            Some((at, picture, combed))
+        })
+        .collect();
+    let interlaced = 2 * seen.iter().filter(|(.., combed)| *combed).count() > looked_at;
+    let small = |picture: &Picture| picture.width() * picture.height() <= KEPT_PIXELS;
+    let pictures = seen.into_iter().filter(|(_, picture, _)| small(picture));
+    LookedAt { interlaced, pictures: pictures.map(|(at, picture, _)| (at, picture)).collect() }
 }
 
 fn is_combed(picture: &Picture) -> bool {

@@ -27,7 +27,7 @@ mod tiff_float;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-pub use ahead::read_ahead;
+pub use ahead::{Ahead, read_ahead};
 pub use decode::{MAX_PIXELS, MAX_SIDE_PX};
 pub use ffmpeg::{Ffmpeg, MovieWriter, VideoInfo};
 pub use finding::Finding;
@@ -221,7 +221,7 @@ impl FrameSource for Footage {
 /// range, a file that is empty, cut short, too large or not decodable, ffmpeg missing, no video in
 /// the file.
 pub fn open(spec: &SourceSpec) -> Result<Footage> {
-    open_with(spec, Ffmpeg::find)
+    open_with(spec, Ffmpeg::begin)
 }
 
 /// [`open`], with the search for ffmpeg as an argument: it is called for video files only.
@@ -234,13 +234,13 @@ fn open_with(spec: &SourceSpec, find: impl FnOnce(&Path) -> Result<Ffmpeg>) -> R
             Located::Stills(sequence) => {
                 let first = spec.frames.map_or(0, FrameRange::first);
                 // Told from the whole sequence, so that a frame looks the same in every part of it.
-                let interlaced = fields::are_interlaced(&sequence.files);
+                let seen = fields::look(&sequence.files);
                 let files = chosen::files(&spec.location, sequence.files, spec.frames)?;
                 let mut findings = sequence.findings;
-                if interlaced {
+                if seen.interlaced {
                     findings.push(Finding::Interlaced { path: spec.location.clone() });
                 }
-                (Box::new(stills::Stills::open(files, first, interlaced)?), findings, None)
+                (Box::new(stills::Stills::open(files, first, seen)?), findings, None)
             }
             Located::Gif(path) => {
                 let gif = gif::AnimatedGif::open(&path)?;

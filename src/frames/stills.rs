@@ -1,8 +1,10 @@
 //! An image sequence as a frame source.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{FrameSource, decode, fields};
+use super::fields::{self, LookedAt};
+use super::{FrameSource, decode};
 use crate::error::{Error, Result};
 use crate::image::Picture;
 
@@ -16,20 +18,23 @@ pub(super) struct Stills {
     size: (usize, usize),
     /// `files[0]`, decoded when the source was opened.
     opening: Option<Picture>,
+    /// Pictures that are decoded already, by their numbers in the whole sequence.
+    decoded: BTreeMap<usize, Picture>,
     /// Whether the first of two fields is given instead of the frames.
     interlaced: bool,
 }
 
 impl Stills {
     /// Opens `files`, of which the first is frame `first` of the whole sequence, and decodes it.
-    /// Of `interlaced` pictures only the first field is given.
-    pub(super) fn open(files: Vec<PathBuf>, first: usize, interlaced: bool) -> Result<Self> {
+    /// Of interlaced pictures only the first field is given.
+    pub(super) fn open(files: Vec<PathBuf>, first: usize, seen: LookedAt) -> Result<Self> {
         let Some(path) = files.first() else {
             return Err(Error::NoPictures { location: PathBuf::new(), ignored: 0 });
         };
         let opening = Picture::from_dynamic(&decode::decode(path, first)?);
         let size = (opening.width(), opening.height());
-        Ok(Self { files, first, next: 0, size, opening: Some(opening), interlaced })
+        let LookedAt { interlaced, pictures: decoded } = seen;
+        Ok(Self { files, first, next: 0, size, opening: Some(opening), decoded, interlaced })
     }
 }
 
@@ -56,10 +61,13 @@ impl FrameSource for Stills {
         let picture = match self.opening.take() {
             Some(picture) => picture,
             None => {
-                let image = decode::decode(path, frame)?;
-                let size = (image.width() as usize, image.height() as usize);
+                let picture = match self.decoded.remove(&frame) {
+                    Some(picture) => picture,
+                    None => Picture::from_dynamic(&decode::decode(path, frame)?),
+                };
+                let size = (picture.width(), picture.height());
                 decode::check_same_size(path, frame, size, self.size)?;
-                Picture::from_dynamic(&image)
+                picture
             }
         };
         self.next += 1;
@@ -70,6 +78,7 @@ impl FrameSource for Stills {
     fn skip_frame(&mut self) -> Result<bool> {
         let any = self.next < self.files.len();
         self.opening = None;
+        self.decoded.remove(&(self.first + self.next));
         self.next += usize::from(any);
         Ok(any)
     }

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use super::Changes;
 use super::changes::common_size;
-use super::gram::{InstructionSet, add_gram};
+use super::gram::add_gram;
 use crate::error::{Error, Result};
 use crate::mask::{CroppedMask, Mask};
+use crate::numeric::InstructionSet;
 
 /// Bytes of one band of all masks. A clip that fits has one band.
 const BAND_BYTES: usize = 32 << 20;

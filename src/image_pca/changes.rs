@@ -7,9 +7,10 @@
 
 use rayon::prelude::*;
 
-use super::gram::{self, InstructionSet};
+use super::gram;
 use crate::error::{Error, Result};
 use crate::mask::Mask;
+use crate::numeric::{InstructionSet, Kernel};
 
 /// Masks a tile.
 pub(super) const TILE: usize = 64;
@@ -76,26 +77,25 @@ impl Changes {
         let length = masks.first().map_or(0, |first| first.words().len());
         let mut majority = vec![0; length];
         let mut changing = vec![false; length];
+        let instructions = InstructionSet::best();
         majority
             .par_chunks_mut(COUNTED_WORDS)
             .zip(changing.par_chunks_mut(COUNTED_WORDS))
             .enumerate()
-            .for_each(|(c, (m, changing))| count(masks, c * COUNTED_WORDS, m, changing));
+            .for_each(|(c, (majority, changing))| {
+                let first = c * COUNTED_WORDS;
+                instructions.run(Counting { masks, first, majority, changing });
+            });
         let words: Vec<usize> = (0..length).filter(|&w| changing[w]).collect();
         let tiles: Vec<Vec<TileWord>> =
             masks.par_chunks(TILE).map(|tile| tile_words(tile, &words, &majority)).collect();
-        // |m AND a| = |m| − |m AND d|.
         let all = common(&majority, &majority);
-        let cleared = |tile: &Vec<TileWord>| {
-            let mut counts = [all; TILE];
-            for (changes, &word) in tile.iter().zip(&words) {
-                for (count, change) in counts.iter_mut().zip(changes) {
-                    *count -= u64::from((change & majority[word]).count_ones());
-                }
-            }
-            counts
-        };
-        let in_majority = tiles.par_iter().flat_map_iter(cleared).collect();
+        let in_majority = tiles
+            .par_iter()
+            .flat_map_iter(|tile| {
+                instructions.run(InMajority { tile, words: &words, majority: &majority, all })
+            })
+            .collect();
         Self { masks: masks.len(), size, majority, words, tiles, in_majority }
     }
 }
@@ -105,8 +105,49 @@ pub(super) fn common(a: &[u64], b: &[u64]) -> u64 {
     a.iter().zip(b).map(|(a, b)| u64::from((a & b).count_ones())).sum()
 }
 
+/// |m AND a| of the masks of a tile, which is |m| − |m AND d|.
+struct InMajority<'a> {
+    tile: &'a [TileWord],
+    words: &'a [usize],
+    majority: &'a [u64],
+    all: u64,
+}
+
+impl Kernel for InMajority<'_> {
+    type Result = [u64; TILE];
+
+    #[inline(always)]
+    fn run(self) -> [u64; TILE] {
+        let mut counts = [self.all; TILE];
+        for (changes, &word) in self.tile.iter().zip(self.words) {
+            for (count, change) in counts.iter_mut().zip(changes) {
+                *count -= u64::from((change & self.majority[word]).count_ones());
+            }
+        }
+        counts
+    }
+}
+
+/// Some words of all masks to be counted, from the `first` on.
+struct Counting<'a> {
+    masks: &'a [&'a Mask],
+    first: usize,
+    majority: &'a mut [u64],
+    changing: &'a mut [bool],
+}
+
+impl Kernel for Counting<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        count(self.masks, self.first, self.majority, self.changing);
+    }
+}
+
 /// Counts each pixel's masks in binary, one plane of bits a digit and 64 pixels at a time, and
 /// compares the counts with half of the masks.
+#[inline(always)]
 fn count(masks: &[&Mask], first: usize, majority: &mut [u64], changing: &mut [bool]) {
     let length = majority.len();
     let digits = (usize::BITS - masks.len().leading_zeros()) as usize;

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::changes::{Changes, TILE, TileWord};
+use super::changes::{Changes, TILE};
+use crate::numeric::{InstructionSet, Kernel};
 
 /// Weighted sums of the masks that are made together: one vector of eight numbers.
 const LANES: usize = 8;
@@ -109,9 +110,10 @@ fn weighted_sums(changes: &Changes, columns: &[Vec<f64>]) -> Vec<GreyImage> {
     for weight in &weights {
         add(&mut all, weight);
     }
+    let instructions = InstructionSet::best();
     let sums: Vec<[[f64; LANES]; 64]> = (0..changes.words.len())
         .into_par_iter()
-        .map(|word| word_sums(changes.tiles.iter().map(|tile| &tile[word]), &weights))
+        .map(|word| instructions.run(WordSums { changes, word, weights: &weights }))
         .collect();
     let (width, height) = changes.size;
     let words_per_row = width.div_ceil(64);
@@ -141,23 +143,33 @@ fn weighted_sums(changes: &Changes, columns: &[Vec<f64>]) -> Vec<GreyImage> {
 }
 
 /// For each bit of a word, the sum of the weights of the masks in which it changes.
-fn word_sums<'a>(
-    tiles: impl Iterator<Item = &'a TileWord>,
-    weights: &[[f64; LANES]],
-) -> [[f64; LANES]; 64] {
-    let mut sums = [[0.0; LANES]; 64];
-    for (tile, weights) in tiles.zip(weights.chunks(TILE)) {
-        for (&word, weight) in tile.iter().zip(weights) {
-            let mut open = word;
-            while open != 0 {
-                add(&mut sums[open.trailing_zeros() as usize], weight);
-                open &= open - 1;
-            }
-        }
-    }
-    sums
+struct WordSums<'a> {
+    changes: &'a Changes,
+    /// Which of the words in which anything changes.
+    word: usize,
+    weights: &'a [[f64; LANES]],
 }
 
+impl Kernel for WordSums<'_> {
+    type Result = [[f64; LANES]; 64];
+
+    #[inline(always)]
+    fn run(self) -> Self::Result {
+        let mut sums = [[0.0; LANES]; 64];
+        for (tile, weights) in self.changes.tiles.iter().zip(self.weights.chunks(TILE)) {
+            for (&word, weight) in tile[self.word].iter().zip(weights) {
+                let mut open = word;
+                while open != 0 {
+                    add(&mut sums[open.trailing_zeros() as usize], weight);
+                    open &= open - 1;
+                }
+            }
+        }
+        sums
+    }
+}
+
+#[inline(always)]
 fn add(sums: &mut [f64; LANES], weight: &[f64; LANES]) {
     for (sum, weight) in sums.iter_mut().zip(weight) {
         *sum += weight;

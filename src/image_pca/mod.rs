@@ -13,10 +13,10 @@ mod gram;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+pub use crate::numeric::InstructionSet;
 pub use bands::MaskBands;
 pub use changes::Changes;
 pub use eigen_images::{EigenImages, GreyImage};
-pub use gram::InstructionSet;
 
 use crate::error::{Error, Result};
 use crate::mask::Mask;

@@ -24,6 +24,7 @@ impl Graph {
     /// Joins `u` with those of the vertices 8·`eight`…8·`eight` + 7 whose bit is set, in the row of
     /// `u` only: all rows together must be symmetric. `u` itself and bits past the last vertex are
     /// left out.
+    #[inline(always)]
     pub(super) fn join_eight(&mut self, u: usize, eight: usize, joined: u8) {
         let at = u * self.words + eight / 8;
         self.rows[at] |= u64::from(joined) << (8 * (eight % 8));

@@ -7,6 +7,7 @@ use super::factor::Factor;
 use super::graph::Graph;
 use super::problem::Problem;
 use super::watch::Watch;
+use crate::numeric::{InstructionSet, Kernel};
 
 /// A second look with the sharper λ pays when it rose by this factor.
 const WORTH_A_SECOND_LOOK: f64 = 1.02;
@@ -192,21 +193,49 @@ fn joinable(
         return None;
     }
     let mut graph = Graph::new(n);
+    let instructions = InstructionSet::best();
     for i in 0..n {
         if i % ROWS_BETWEEN_LOOKS == ROWS_BETWEEN_LOOKS - 1 && watch.halted() {
             return None;
         }
         let row = problem.kernel.row(candidates[i]);
-        let own = &solved[i / LANES * (k + 1)..][..=k];
+        let (candidates, graph) = (&*candidates, &mut graph);
+        instructions.run(Joining { row, candidates, solved: &solved, chosen: k, i, graph });
+        if problem.spacing > 1 {
+            graph.retain_neighbours(i, |j| problem.apart(candidates[i], candidates[j]));
+        }
+    }
+    Some(graph)
+}
+
+/// Candidate `i`, to be joined to those it goes together with.
+struct Joining<'a> {
+    /// Its row of the kernel matrix.
+    row: &'a [f64],
+    candidates: &'a [usize],
+    /// The y of all candidates and the diagonal of M.
+    solved: &'a [[f64; LANES]],
+    /// Number of chosen frames.
+    chosen: usize,
+    i: usize,
+    graph: &'a mut Graph,
+}
+
+impl Kernel for Joining<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (k, i) = (self.chosen, self.i);
+        let own = &self.solved[i / LANES * (k + 1)..][..=k];
         let own_y: [f64; MAX_KEYS] =
             std::array::from_fn(|c| if c < k { own[c][i % LANES] } else { 0.0 });
         let di = own[k][i % LANES];
-        for (eight, (frames, rows)) in
-            candidates.chunks(LANES).zip(solved.chunks_exact(k + 1)).enumerate()
-        {
+        let eights = self.candidates.chunks(LANES).zip(self.solved.chunks_exact(k + 1));
+        for (eight, (frames, rows)) in eights.enumerate() {
             let mut entries = [0.0; LANES];
             for (entry, &f) in entries.iter_mut().zip(frames) {
-                *entry = row[f];
+                *entry = self.row[f];
             }
             for (yi, y) in own_y.iter().zip(&rows[..k]) {
                 for (entry, yj) in entries.iter_mut().zip(y) {
@@ -217,11 +246,7 @@ fn joinable(
             for (lane, (x, dj)) in entries.iter().zip(&rows[k]).enumerate() {
                 joined |= u8::from(x * x < di * dj) << lane;
             }
-            graph.join_eight(i, eight, joined);
-        }
-        if problem.spacing > 1 {
-            graph.retain_neighbours(i, |j| problem.apart(candidates[i], candidates[j]));
+            self.graph.join_eight(i, eight, joined);
         }
     }
-    Some(graph)
 }

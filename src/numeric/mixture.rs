@@ -6,6 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::exponential::exp_of_negative;
+use super::instructions::{InstructionSet, Kernel};
+
 /// Expectation-maximisation stops when the mean log-likelihood gains less than this.
 const CONVERGENCE: f64 = 1e-4;
 
@@ -66,9 +69,10 @@ impl Mixture {
         let components = components.clamp(1, (samples.len() / SAMPLES_A_COMPONENT).max(1));
         let mut shares = Shares::hard(&kmeans(samples, components, settings.seed), components);
         let mut mixture = maximise(samples, &shares, settings.variance_floor);
+        let axes = axes(samples);
         for _ in 0..MAX_ROUNDS {
             let before = mixture.mean_log_likelihood;
-            let mean = mixture.expect(samples, &mut shares);
+            let mean = mixture.expect(&axes, &mut shares);
             mixture = maximise(samples, &shares, settings.variance_floor);
             mixture.mean_log_likelihood = mean;
             if mean - before < CONVERGENCE && before.is_finite() {
@@ -128,35 +132,40 @@ impl Mixture {
     }
 
     /// Fills `shares` with each Gaussian's share of each sample and returns the mean log-likelihood.
-    fn expect(&self, samples: &[Vector3<f64>], shares: &mut Shares) -> f64 {
-        let mut logs = vec![0.0; samples.len()];
-        (samples.par_chunks(BLOCK))
-            .zip(shares.blocks.par_iter_mut())
-            .zip(logs.par_chunks_mut(BLOCK))
-            .for_each(|((samples, block), logs)| self.expect_block(samples, block, logs));
+    fn expect(&self, samples: &Axes, shares: &mut Shares) -> f64 {
+        let count = samples[0].len();
+        let mut logs = vec![0.0; count];
+        let instructions = InstructionSet::best();
+        (logs.par_chunks_mut(BLOCK)).zip(shares.blocks.par_iter_mut()).enumerate().for_each(
+            |(at, (logs, block))| {
+                let here = at * BLOCK..at * BLOCK + logs.len();
+                let samples = samples.each_ref().map(|axis| &axis[here.clone()]);
+                instructions.run(Expectation { mixture: self, samples, block, logs });
+            },
+        );
         // In order of the samples, so that it is the same for any number of threads.
         let mut total = 0.0;
         for log in &logs {
             total += log;
         }
-        total / samples.len() as f64
+        total / count as f64
     }
 
     /// The same for one block; `logs` becomes the log-likelihood of each sample.
-    fn expect_block(&self, samples: &[Vector3<f64>], block: &mut Block, logs: &mut [f64]) {
+    #[inline(always)]
+    fn expect_block(&self, samples: [&[f64]; 3], block: &mut Block, logs: &mut [f64]) {
         let mut largest = [f64::NEG_INFINITY; BLOCK];
         for (column, gaussian) in block.iter_mut().zip(&self.gaussians) {
-            for ((term, largest), x) in column.iter_mut().zip(&mut largest).zip(samples) {
-                *term = gaussian.log_term(x);
-                *largest = largest.max(*term);
+            gaussian.log_terms(samples, column);
+            for (largest, term) in largest.iter_mut().zip(column.iter()) {
+                // No term is a NaN, and the plain comparison is the faster.
+                *largest = if *term > *largest { *term } else { *largest };
             }
         }
         let mut sums = [0.0; BLOCK];
         for column in block.iter_mut() {
             for ((term, largest), sum) in column.iter_mut().zip(&largest).zip(&mut sums) {
-                let below = *term - largest;
-                // The exponential of nothing is one, of which there is one a sample at least.
-                *term = if below == 0.0 { 1.0 } else { below.exp() };
+                *term = exp_of_negative(*term - largest);
                 *sum += *term;
             }
         }
@@ -166,6 +175,30 @@ impl Mixture {
         for ((log, largest), sum) in logs.iter_mut().zip(&largest).zip(&sums) {
             *log = largest + sum.ln();
         }
+    }
+}
+
+/// The coordinates of all samples, an axis after the other.
+type Axes = [Vec<f64>; 3];
+
+fn axes(samples: &[Vector3<f64>]) -> Axes {
+    std::array::from_fn(|axis| samples.iter().map(|x| x[axis]).collect())
+}
+
+/// The shares of a block of samples to be worked out.
+struct Expectation<'a> {
+    mixture: &'a Mixture,
+    samples: [&'a [f64]; 3],
+    block: &'a mut Block,
+    logs: &'a mut [f64],
+}
+
+impl Kernel for Expectation<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.mixture.expect_block(self.samples, self.block, self.logs);
     }
 }
 
@@ -216,6 +249,19 @@ impl Gaussian {
 
     fn log_term(&self, x: &Vector3<f64>) -> f64 {
         self.log_scale - 0.5 * (self.whitening * (x - self.mean)).norm_squared()
+    }
+
+    /// The same of several samples, by their coordinates; the whitening is a lower triangle.
+    #[inline(always)]
+    fn log_terms(&self, [xs, ys, zs]: [&[f64]; 3], terms: &mut [f64]) {
+        let m = &self.whitening;
+        for ((term, x), (y, z)) in terms.iter_mut().zip(xs).zip(ys.iter().zip(zs)) {
+            let (x, y, z) = (x - self.mean[0], y - self.mean[1], z - self.mean[2]);
+            let a = m[(0, 0)] * x;
+            let b = m[(1, 0)] * x + m[(1, 1)] * y;
+            let c = m[(2, 0)] * x + m[(2, 1)] * y + m[(2, 2)] * z;
+            *term = self.log_scale - 0.5 * (a * a + b * b + c * c);
+        }
     }
 }
 
@@ -351,7 +397,7 @@ mod tests {
         let mut mixture = maximise(&samples, &shares, 0.0);
         let mut before = f64::NEG_INFINITY;
         for _ in 0..30 {
-            let mean = mixture.expect(&samples, &mut shares);
+            let mean = mixture.expect(&axes(&samples), &mut shares);
             assert!(mean >= before - 1e-9, "{mean} after {before}");
             before = mean;
             mixture = maximise(&samples, &shares, 0.0);
@@ -366,8 +412,8 @@ mod tests {
         for x in samples {
             let terms: Vec<f64> = mixture.gaussians.iter().map(|g| g.log_term(x)).collect();
             let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let sum: f64 = terms.iter().map(|t| (t - largest).exp()).sum();
-            shares.extend(terms.iter().map(|t| (t - largest).exp() / sum));
+            let sum: f64 = terms.iter().map(|t| exp_of_negative(t - largest)).sum();
+            shares.extend(terms.iter().map(|t| exp_of_negative(t - largest) / sum));
             total += largest + sum.ln();
         }
         let gaussian = |c: usize| {
@@ -392,7 +438,7 @@ mod tests {
         let mut mixture = maximise(&samples, &shares, 1e-4);
         for _ in 0..20 {
             let (wanted_mean, wanted) = plain_round(&mixture, &samples);
-            let mean = mixture.expect(&samples, &mut shares);
+            let mean = mixture.expect(&axes(&samples), &mut shares);
             mixture = maximise(&samples, &shares, 1e-4);
             assert_eq!(mean.to_bits(), wanted_mean.to_bits());
             assert_eq!(mixture.gaussians, wanted);

@@ -13,7 +13,7 @@ use super::segment::{Work, stroke_radius};
 use super::spool::Spool;
 use crate::error::{Error, Result};
 use crate::frames::strokes::{self, Said as Drawn};
-use crate::frames::{FrameSource, read_ahead};
+use crate::frames::{Ahead, FrameSource, read_ahead};
 use crate::image::{Frame, Picture, Rectangle};
 use crate::mask::Mask;
 use crate::numeric::GridCut;
@@ -23,13 +23,15 @@ use crate::silhouette::{
     flag_companions, flag_occlusions, report_of_corrected_mask,
 };
 
-/// Pictures that are worked on side by side, and those decoded meanwhile: bounds the pixels in
-/// memory.
+/// Pictures that are worked on side by side.
 const BATCH: usize = 8;
-const AHEAD: usize = 4;
 
-/// The same of frames as stored, which take half as much: decoding goes on while colours are learnt.
-const AHEAD_STORED: usize = 12;
+/// What is decoded meanwhile, which bounds the pixels in memory: four pictures of 1920×1080, 25 MB, and more
+/// of smaller ones, so that decoding goes on while colours are learnt.
+const AHEAD: Ahead = Ahead { frames: 4, pixels: 4 * 1920 * 1080 };
+
+/// The same of frames as stored, which take half as much.
+const AHEAD_STORED: Ahead = Ahead { frames: 12, pixels: 12 * 1920 * 1080 };
 
 /// Pictures at the size of outlines, 1.3 MB at most, that are outlined side by side: the more of them,
 /// the less a thread waits for the last.

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 /// Writes a file under a temporary name beside its target and renames it: a reader sees the old
@@ -70,12 +72,13 @@ pub fn hash_file(path: &Path) -> Result<String> {
 /// # Errors
 /// [`Error::Io`] naming the file that cannot be read.
 pub fn hash_files(files: &[PathBuf]) -> Result<String> {
+    let hashes: Vec<Result<String>> = files.par_iter().map(|file| hash_file(file)).collect();
     let mut hasher = blake3::Hasher::new();
-    for file in files {
+    for (file, hash) in files.iter().zip(hashes) {
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         hasher.update(name.as_bytes());
         hasher.update(&[0]);
-        hasher.update(hash_file(file)?.as_bytes());
+        hasher.update(hash?.as_bytes());
     }
     Ok(hasher.finalize().to_hex().to_string())
 }

@@ -8,6 +8,7 @@ use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer
 
 use crate::image::Picture;
 use crate::mask::Mask;
+use crate::numeric::{InstructionSet, Kernel, whole_part};
 
 /// Steps of the table of the Lab curve over linear light. The curve is steepest at black, 7.8 a
 /// unit: a step moves L* by .1 there and by far less elsewhere.
@@ -68,21 +69,7 @@ impl LabImage {
 
     /// The pixels of a region.
     pub(super) fn of_region(picture: &Picture, region: Region) -> Self {
-        let mut planes = std::array::from_fn(|_| vec![0; region.pixels()]);
-        let [l, a, b] = &mut planes;
-        let mut at = 0;
-        let curves = &*CURVES;
-        for y in region.top..region.bottom {
-            let row = 3 * y * picture.width();
-            let row = &picture.rgb()[row + 3 * region.left..row + 3 * region.right];
-            let here = at..at + region.width();
-            let places =
-                (l[here.clone()].iter_mut()).zip(&mut a[here.clone()]).zip(&mut b[here.clone()]);
-            for (rgb, ((l, a), b)) in row.as_chunks::<3>().0.iter().zip(places) {
-                [*l, *a, *b] = curves.lab(*rgb);
-            }
-            at = here.end;
-        }
+        let planes = InstructionSet::best().run(Conversion { picture, region });
         Self { width: region.width(), height: region.height(), planes }
     }
 
@@ -204,6 +191,38 @@ pub(super) fn reduced(picture: &Picture, width: usize, height: usize) -> Option<
     Picture::from_rgb(width, height, small.into_vec())
 }
 
+/// Pixels that are converted together.
+const BLOCK: usize = 32;
+
+/// The pixels of a region of a picture, to be converted to three planes.
+struct Conversion<'a> {
+    picture: &'a Picture,
+    region: Region,
+}
+
+impl Kernel for Conversion<'_> {
+    type Result = [Vec<u8>; 3];
+
+    #[inline(always)]
+    fn run(self) -> [Vec<u8>; 3] {
+        let Self { picture, region } = self;
+        let mut planes = std::array::from_fn(|_| Vec::with_capacity(region.pixels()));
+        let curves = &*CURVES;
+        for y in region.top..region.bottom {
+            let row = 3 * y * picture.width();
+            let row = &picture.rgb()[row + 3 * region.left..row + 3 * region.right];
+            for pixels in row.as_chunks::<3>().0.chunks(BLOCK) {
+                let mut block = [[0; 3]; BLOCK];
+                block[..pixels.len()].copy_from_slice(pixels);
+                for (plane, values) in planes.iter_mut().zip(curves.lab(&block)) {
+                    plane.extend_from_slice(&values[..pixels.len()]);
+                }
+            }
+        }
+        planes
+    }
+}
+
 struct Curves {
     linear: [f32; 256],
     curve: Vec<f32>,
@@ -218,21 +237,44 @@ static CURVES: LazyLock<Curves> = LazyLock::new(|| Curves {
 });
 
 impl Curves {
-    /// CIE L*a*b* (D65, 2° observer) of an 8-bit sRGB colour.
-    #[inline]
-    fn lab(&self, rgb: [u8; 3]) -> [u8; 3] {
-        let [r, g, b] = rgb.map(|c| self.linear[usize::from(c)]);
-        let x = 0.433_953 * r + 0.376_219 * g + 0.189_828 * b;
-        let y = 0.212_673 * r + 0.715_152 * g + 0.072_175 * b;
-        let z = 0.017_758 * r + 0.109_477 * g + 0.872_766 * b;
-        let f = |t: f32| self.curve[((t * CURVE_STEPS as f32 + 0.5) as usize).min(CURVE_STEPS)];
-        let (fx, fy, fz) = (f(x), f(y), f(z));
-        // A saturating cast: what lies beyond the byte is clamped.
-        [
-            (LIGHTNESS_STEPS * (116.0 * fy - 16.0) + 0.5) as u8,
-            (500.0 * (fx - fy) + 128.5) as u8,
-            (200.0 * (fy - fz) + 128.5) as u8,
-        ]
+    /// CIE L*a*b* (D65, 2° observer) of 8-bit sRGB colours. Between the tables all of a block is worked out
+    /// step by step, as vectors.
+    #[inline(always)]
+    fn lab(&self, rgb: &[[u8; 3]; BLOCK]) -> [[u8; BLOCK]; 3] {
+        // Plain loops: what works on arrays as a whole is not compiled into them.
+        let mut linear = [[0.0; BLOCK]; 3];
+        for (i, rgb) in rgb.iter().enumerate() {
+            for (linear, level) in linear.iter_mut().zip(rgb) {
+                linear[i] = self.linear[usize::from(*level)];
+            }
+        }
+        let [r, g, b] = &linear;
+        let mut places = [[0_u32; BLOCK]; 3];
+        for i in 0..BLOCK {
+            let x = 0.433_953 * r[i] + 0.376_219 * g[i] + 0.189_828 * b[i];
+            let y = 0.212_673 * r[i] + 0.715_152 * g[i] + 0.072_175 * b[i];
+            let z = 0.017_758 * r[i] + 0.109_477 * g[i] + 0.872_766 * b[i];
+            for (places, light) in places.iter_mut().zip([x, y, z]) {
+                places[i] = whole_part(light * CURVE_STEPS as f32 + 0.5);
+            }
+        }
+        let mut curves = [[0.0; BLOCK]; 3];
+        for (curve, places) in curves.as_flattened_mut().iter_mut().zip(places.as_flattened()) {
+            *curve = self.curve[(*places as usize).min(CURVE_STEPS)];
+        }
+        let [x, y, z] = &curves;
+        let mut planes = [[0; BLOCK]; 3];
+        for i in 0..BLOCK {
+            let values = [
+                LIGHTNESS_STEPS * (116.0 * y[i] - 16.0) + 0.5,
+                500.0 * (x[i] - y[i]) + 128.5,
+                200.0 * (y[i] - z[i]) + 128.5,
+            ];
+            for (plane, value) in planes.iter_mut().zip(values) {
+                plane[i] = whole_part(value.clamp(0.0, 255.0)) as u8;
+            }
+        }
+        planes
     }
 }
 

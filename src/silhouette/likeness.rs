@@ -2,6 +2,7 @@
 
 use super::lab_image::LabImage;
 use super::plate::UNKNOWN;
+use crate::numeric::{InstructionSet, Kernel, whole_part};
 
 /// The least and the greatest value of each plane in the 3 × 3 pixels about each pixel: what half a
 /// pixel of misalignment may turn a colour into.
@@ -12,6 +13,11 @@ pub(super) struct Box3 {
 
 impl Box3 {
     pub(super) fn of(image: &LabImage) -> Self {
+        InstructionSet::best().run(Boxes(image))
+    }
+
+    #[inline(always)]
+    fn worked_out(image: &LabImage) -> Self {
         let (w, h) = (image.width(), image.height());
         let mut boxes = BoxRow::new(w);
         let [mut low, mut high]: [[Vec<u8>; 3]; 2] =
@@ -19,43 +25,74 @@ impl Box3 {
         for (c, plane) in image.planes().iter().enumerate() {
             for y in 0..h {
                 boxes.look(plane, h, y);
-                low[c].extend_from_slice(&boxes.low);
-                high[c].extend_from_slice(&boxes.high);
+                low[c].extend_from_slice(&boxes.low.as_flattened()[..w]);
+                high[c].extend_from_slice(&boxes.high.as_flattened()[..w]);
             }
         }
         Self { low, high }
     }
 }
 
-/// The boxes of one row of a plane: so little that it never leaves the nearest cache.
+/// The boxes of a picture, to be worked out.
+struct Boxes<'a>(&'a LabImage);
+
+impl Kernel for Boxes<'_> {
+    type Result = Box3;
+
+    #[inline(always)]
+    fn run(self) -> Box3 {
+        Box3::worked_out(self.0)
+    }
+}
+
+/// Pixels that are looked at together: all of them are a few vectors, whatever the instructions.
+const BLOCK: usize = 64;
+type Block = [u8; BLOCK];
+
+/// The boxes of one row of a plane: so little that it never leaves the nearest cache. What lies beyond the
+/// row up to whole blocks says nothing.
 struct BoxRow {
-    low: Vec<u8>,
-    high: Vec<u8>,
+    width: usize,
+    low: Vec<Block>,
+    high: Vec<Block>,
     /// The same of the columns, with one more at either end.
     column_low: Vec<u8>,
     column_high: Vec<u8>,
 }
 
 impl BoxRow {
-    fn new(w: usize) -> Self {
-        let [low, high] = std::array::from_fn(|_| vec![0; w]);
-        let [column_low, column_high] = std::array::from_fn(|_| vec![0; w + 2]);
-        Self { low, high, column_low, column_high }
+    fn new(width: usize) -> Self {
+        let blocks = width.div_ceil(BLOCK);
+        let [low, high] = std::array::from_fn(|_| vec![[0; BLOCK]; blocks]);
+        let [column_low, column_high] = std::array::from_fn(|_| vec![0; blocks * BLOCK + 2]);
+        Self { width, low, high, column_low, column_high }
     }
 
     /// Works out row `y` of a plane of `h` rows.
+    #[inline(always)]
     fn look(&mut self, plane: &[u8], h: usize, y: usize) {
-        let w = self.low.len();
+        let w = self.width;
         if w == 0 {
             return;
         }
         // Where there is no row or column, the last there is stands in: that changes nothing.
-        let row = |y: usize| &plane[y * w..(y + 1) * w];
-        let rows = row(y.saturating_sub(1)).iter().zip(row(y)).zip(row((y + 1).min(h - 1)));
-        let columns = self.column_low[1..=w].iter_mut().zip(&mut self.column_high[1..=w]);
-        for ((low, high), ((a, b), c)) in columns.zip(rows) {
-            *low = (*a).min(*b).min(*c);
-            *high = (*a).max(*b).max(*c);
+        let rows = [y.saturating_sub(1), y, (y + 1).min(h - 1)].map(|y| &plane[y * w..]);
+        // Whole blocks, with the beginning of the next row, but for the last rows.
+        let whole = (rows[2].len() / BLOCK).min(self.low.len());
+        for at in 0..whole {
+            let [a, b, c] = rows.map(|row| block(row, at));
+            let (low, high) = (&mut self.column_low[1..], &mut self.column_high[1..]);
+            let low = &mut low.as_chunks_mut::<BLOCK>().0[at];
+            let high = &mut high.as_chunks_mut::<BLOCK>().0[at];
+            for i in 0..BLOCK {
+                low[i] = a[i].min(b[i]).min(c[i]);
+                high[i] = a[i].max(b[i]).max(c[i]);
+            }
+        }
+        for x in whole * BLOCK..w {
+            let [a, b, c] = rows.map(|row| row[x]);
+            self.column_low[1 + x] = a.min(b).min(c);
+            self.column_high[1 + x] = a.max(b).max(c);
         }
         for column in [&mut self.column_low, &mut self.column_high] {
             column[0] = column[1];
@@ -66,13 +103,20 @@ impl BoxRow {
     }
 }
 
+/// Block `at` of a row that has it.
+#[inline(always)]
+fn block(row: &[u8], at: usize) -> &Block {
+    &row.as_chunks().0[at]
+}
+
 /// `pick` over each three neighbours.
-#[inline]
-fn nearest(of: &[u8], out: &mut [u8], pick: impl Fn(u8, u8) -> u8) {
-    let w = out.len();
-    let three = of[..w].iter().zip(&of[1..=w]).zip(&of[2..]);
-    for (out, ((a, b), c)) in out.iter_mut().zip(three) {
-        *out = pick(pick(*a, *b), *c);
+#[inline(always)]
+fn nearest(of: &[u8], out: &mut [Block], pick: impl Fn(u8, u8) -> u8) {
+    for (at, out) in out.iter_mut().enumerate() {
+        let [a, b, c] = [0, 1, 2].map(|shift| block(&of[shift..], at));
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = pick(pick(a[i], b[i]), c[i]);
+        }
     }
 }
 
@@ -80,44 +124,98 @@ fn nearest(of: &[u8], out: &mut [u8], pick: impl Fn(u8, u8) -> u8) {
 /// one's box, whichever is larger: a colour counts as found only when each explains the other. Half
 /// units of L*a*b* distance, rounded down, at most 254.
 pub(super) fn compare(frame: &LabImage, own: &Box3, other: &LabImage, distances: &mut [u8]) {
-    let (w, h) = (frame.width(), frame.height());
-    let mut there = BoxRow::new(w);
-    let [mut here, mut back] = std::array::from_fn(|_| vec![0_u16; w]);
-    for (y, distances) in distances.chunks_exact_mut(w.max(1)).enumerate() {
-        let row = y * w..(y + 1) * w;
-        here.fill(0);
-        back.fill(0);
-        for c in 0..3 {
-            let (seen, shown) = (&frame.planes()[c], &other.planes()[c]);
-            there.look(shown, h, y);
-            let (low, high) = (&own.low[c][row.clone()], &own.high[c][row.clone()]);
-            let (seen, shown) = (&seen[row.clone()], &shown[row.clone()]);
-            // To half units: bytes of L* are, those of a* and b* are whole ones.
-            if c == 0 {
-                add_squares::<false>(&mut here, seen, &there.low, &there.high);
-                add_squares::<false>(&mut back, shown, low, high);
-            } else {
-                add_squares::<true>(&mut here, seen, &there.low, &there.high);
-                add_squares::<true>(&mut back, shown, low, high);
+    InstructionSet::best().run(Comparison { frame, own, other, distances });
+}
+
+/// A comparison to be made.
+struct Comparison<'a> {
+    frame: &'a LabImage,
+    own: &'a Box3,
+    other: &'a LabImage,
+    distances: &'a mut [u8],
+}
+
+impl Kernel for Comparison<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { frame, own, other, distances } = self;
+        let (w, h) = (frame.width(), frame.height());
+        let mut there: [BoxRow; 3] = std::array::from_fn(|_| BoxRow::new(w));
+        for (y, distances) in distances.chunks_exact_mut(w.max(1)).enumerate() {
+            let row = y * w..(y + 1) * w;
+            for (boxes, plane) in there.iter_mut().zip(other.planes()) {
+                boxes.look(plane, h, y);
+            }
+            let planes = [frame.planes(), &own.low, &own.high, other.planes()];
+            let rows = planes.map(|planes| planes.each_ref().map(|plane| &plane[row.clone()]));
+            for (at, distances) in distances.chunks_mut(BLOCK).enumerate() {
+                let boxes = there.each_ref().map(|boxes| (&boxes.low[at], &boxes.high[at]));
+                if let Ok(distances) = <&mut Block>::try_from(&mut *distances) {
+                    let [seen, low, high, shown] =
+                        rows.map(|planes| planes.map(|plane| block(plane, at)));
+                    let own = std::array::from_fn(|c| (low[c], high[c]));
+                    *distances = compared(seen, own, shown, boxes);
+                } else {
+                    let blocks = rows.map(|planes| planes.map(|plane| last_block(plane, at)));
+                    let [seen, low, high, shown] = blocks.each_ref().map(<[Block; 3]>::each_ref);
+                    let own = std::array::from_fn(|c| (low[c], high[c]));
+                    let all = compared(seen, own, shown, boxes);
+                    distances.copy_from_slice(&all[..distances.len()]);
+                }
             }
         }
-        for (distance, (here, back)) in distances.iter_mut().zip(here.iter().zip(&back)) {
-            let root = f32::from(*here.max(back)).sqrt();
-            *distance = root.min(f32::from(UNKNOWN - 1)) as u8;
-        }
     }
+}
+
+/// What there is of block `at` of a row.
+#[inline(always)]
+fn last_block(row: &[u8], at: usize) -> Block {
+    let mut block = [0; BLOCK];
+    let end = &row[at * BLOCK..];
+    block[..end.len()].copy_from_slice(end);
+    block
+}
+
+/// Distances of a block of pixels of three planes, with their own boxes, from those of another picture and
+/// their boxes: the least and the greatest values.
+#[inline(always)]
+fn compared(
+    seen: [&Block; 3],
+    own: [(&Block, &Block); 3],
+    shown: [&Block; 3],
+    there: [(&Block, &Block); 3],
+) -> Block {
+    let [mut here, mut back] = [[0_u16; BLOCK]; 2];
+    // To half units: bytes of L* are, those of a* and b* are whole ones.
+    add_squares::<false>(&mut here, seen[0], there[0]);
+    add_squares::<false>(&mut back, shown[0], own[0]);
+    for c in 1..3 {
+        add_squares::<true>(&mut here, seen[c], there[c]);
+        add_squares::<true>(&mut back, shown[c], own[c]);
+    }
+    let mut distances = [0; BLOCK];
+    for i in 0..BLOCK {
+        let root = f32::from(here[i].max(back[i])).sqrt();
+        distances[i] = whole_part(root.min(f32::from(UNKNOWN - 1))) as u8;
+    }
+    distances
 }
 
 /// Adds the squared distances of values from the intervals `low..=high`, the distances doubled or
 /// not. What does not fit 8 and 16 bits on the way is a distance of 255 and more, all of which are
 /// one in the end.
-#[inline]
-fn add_squares<const DOUBLED: bool>(sums: &mut [u16], values: &[u8], low: &[u8], high: &[u8]) {
-    for (sum, (value, (low, high))) in sums.iter_mut().zip(values.iter().zip(low.iter().zip(high)))
-    {
-        let d = low.saturating_sub(*value).max(value.saturating_sub(*high));
+#[inline(always)]
+fn add_squares<const DOUBLED: bool>(
+    sums: &mut [u16; BLOCK],
+    values: &Block,
+    (low, high): (&Block, &Block),
+) {
+    for i in 0..BLOCK {
+        let d = low[i].saturating_sub(values[i]).max(values[i].saturating_sub(high[i]));
         let d = u16::from(if DOUBLED { d.saturating_add(d) } else { d });
-        *sum = sum.saturating_add(d * d);
+        sums[i] = sums[i].saturating_add(d * d);
     }
 }
 
@@ -132,7 +230,9 @@ mod tests {
         let planes = |n: usize| {
             proptest::array::uniform3(proptest::collection::vec(proptest::num::u8::ANY, n))
         };
-        (1_usize..9, 1_usize..9).prop_flat_map(move |(w, h)| {
+        // Up to two whole blocks, too.
+        let width = prop_oneof![4 => 1_usize..9, 1 => 60_usize..140];
+        (width, 1_usize..9).prop_flat_map(move |(w, h)| {
             let image = move |planes| LabImage::from_planes(w, h, planes);
             (planes(w * h).prop_map(image), planes(w * h).prop_map(image))
         })
@@ -159,6 +259,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
         /// Against looking at the nine pixels of either picture.
         #[test]
         fn distances_are_those_from_the_boxes_about_each_pixel((a, b) in two()) {

@@ -24,6 +24,7 @@ mod location;
 mod occlusions;
 mod other_motion;
 mod outline;
+mod pair_costs;
 mod plate;
 mod reach;
 mod resemblance;

@@ -10,6 +10,7 @@ use nalgebra::Matrix3;
 use super::lab_image::{LabImage, Region};
 use super::likeness::{Box3, compare};
 use super::warp::{Source, Warped};
+use crate::numeric::{InstructionSet, Kernel};
 
 /// Frames before and after that a frame is compared with, for footage at [`REFERENCE_FPS`]. Near
 /// ones are aligned best, far ones have the animal elsewhere.
@@ -25,6 +26,9 @@ const RANK: usize = 3;
 
 /// Distances kept a pixel: enough for the rank among all offsets on both sides.
 const KEPT: usize = 2 * OFFSETS.len() / RANK + 1;
+
+/// Pixels that are ranked at a time: with all their ranks they stay in the nearest cache.
+const RANKED: usize = 1024;
 
 /// No frame shows the background there.
 pub(super) const UNKNOWN: u8 = 255;
@@ -119,19 +123,17 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
     let mut mean = (asked >= Asked::Colours).then(|| MeanColour::new(pixels));
     let mut any = (asked >= Asked::All).then(|| Smallest::new(pixels));
     let mut distances = vec![0_u8; pixels];
+    let instructions = InstructionSet::best();
     for (other, to_other) in others {
         let warped = Warped::of(other, &to_other, region);
         compare(&frame, &own, &warped.image, &mut distances);
-        // Both flags are UNKNOWN where they say no.
-        let flagged = |flags: &[u8]| distances.iter().zip(flags).map(|(d, f)| d | f).collect();
-        let mut of_background: Vec<u8> = flagged(&warped.not_background);
-        shown.add(&mut of_background);
+        let (distances, flags) = (&distances, &warped.not_background);
+        instructions.run(Ranking { to: &mut shown, distances, flags });
         if let Some(any) = &mut any {
-            let mut of_all: Vec<u8> = flagged(&warped.outside);
-            any.add(&mut of_all);
+            instructions.run(Ranking { to: any, distances, flags: &warped.outside });
         }
         if let Some(mean) = &mut mean {
-            mean.add(&warped);
+            instructions.run(Summing { to: mean, warped: &warped });
         }
     }
     PlateDistances {
@@ -139,6 +141,37 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
         shown: shown.ranked(),
         colours: mean.map_or_else(Vec::new, |mean| mean.colours()),
         any: any.map_or_else(Vec::new, |any| any.ranked()),
+    }
+}
+
+/// Another picture to be added to the mean colours.
+struct Summing<'a> {
+    to: &'a mut MeanColour,
+    warped: &'a Warped,
+}
+
+impl Kernel for Summing<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.to.add(self.warped);
+    }
+}
+
+/// Distances from another picture to be ranked, of which flags are [`UNKNOWN`] where they do not count.
+struct Ranking<'a> {
+    to: &'a mut Smallest,
+    distances: &'a [u8],
+    flags: &'a [u8],
+}
+
+impl Kernel for Ranking<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.to.add(self.distances, self.flags);
     }
 }
 
@@ -153,6 +186,7 @@ impl MeanColour {
         Self { sums: std::array::from_fn(|_| vec![0; pixels]), seen: vec![0; pixels] }
     }
 
+    #[inline(always)]
     fn add(&mut self, warped: &Warped) {
         let hidden = &warped.not_background;
         for (sums, plane) in self.sums.iter_mut().zip(warped.image.planes()) {
@@ -184,16 +218,27 @@ impl Smallest {
         Self { ranks: std::array::from_fn(|_| vec![UNKNOWN; pixels]), seen: vec![0; pixels] }
     }
 
-    /// Takes in one value a pixel, [`UNKNOWN`] for none; `carried` is used up.
-    fn add(&mut self, carried: &mut [u8]) {
-        for (seen, value) in self.seen.iter_mut().zip(&*carried) {
-            *seen += u8::from(*value != UNKNOWN);
-        }
-        for rank in &mut self.ranks {
-            for (kept, carried) in rank.iter_mut().zip(carried.iter_mut()) {
-                let (a, b) = (*kept, *carried);
-                *kept = a.min(b);
-                *carried = a.max(b);
+    /// Takes in one distance a pixel, but where it is flagged by [`UNKNOWN`].
+    #[inline(always)]
+    fn add(&mut self, distances: &[u8], flags: &[u8]) {
+        let mut carried = [0; RANKED];
+        let blocks = distances.chunks(RANKED).zip(flags.chunks(RANKED));
+        for (at, (distances, flags)) in blocks.enumerate() {
+            let here = at * RANKED..at * RANKED + distances.len();
+            let carried = &mut carried[..distances.len()];
+            let values = distances.iter().zip(flags);
+            for ((carried, seen), (distance, flag)) in
+                carried.iter_mut().zip(&mut self.seen[here.clone()]).zip(values)
+            {
+                *carried = distance | flag;
+                *seen += u8::from(*carried != UNKNOWN);
+            }
+            for rank in &mut self.ranks {
+                for (kept, carried) in rank[here.clone()].iter_mut().zip(carried.iter_mut()) {
+                    let (a, b) = (*kept, *carried);
+                    *kept = a.min(b);
+                    *carried = a.max(b);
+                }
             }
         }
     }
@@ -271,7 +316,7 @@ mod tests {
         ) {
             let mut smallest = Smallest::new(4);
             for values in &seen {
-                smallest.add(&mut values.clone());
+                smallest.add(values, &[0; 4]);
             }
             let ranked = smallest.ranked();
             for at in 0..4 {

@@ -6,6 +6,7 @@ use super::lab_image::{LabImage, Region};
 use super::plate::UNKNOWN;
 use super::warp_row::{COLUMNS, Line, Row, SPAN, STEPS};
 use crate::mask::Mask;
+use crate::numeric::{InstructionSet, Kernel};
 
 /// How far outside the other picture a point may lie, pixels: a camera at rest sees its border.
 const SLACK_PX: f32 = 0.01;
@@ -62,6 +63,11 @@ impl Warped {
         if *to_other == Matrix3::identity() {
             return Self::seen_at_rest(other, region);
         }
+        InstructionSet::best().run(Warping { other, to_other, region })
+    }
+
+    #[inline(always)]
+    fn seen_from(other: &Source, to_other: &Matrix3<f64>, region: Region) -> Self {
         let (w, pixels) = (region.width(), region.pixels());
         let way = Way::new(to_other, other, region);
         // L*, a*, b*, what is no background and what is outside.
@@ -104,6 +110,22 @@ impl Warped {
     }
 }
 
+/// A picture to be laid over a region.
+struct Warping<'a> {
+    other: &'a Source<'a>,
+    to_other: &'a Matrix3<f64>,
+    region: Region,
+}
+
+impl Kernel for Warping<'_> {
+    type Result = Warped;
+
+    #[inline(always)]
+    fn run(self) -> Warped {
+        Warped::seen_from(self.other, self.to_other, self.region)
+    }
+}
+
 /// The way from pixels of this frame to those of another.
 struct Way {
     m: [f32; 9],
@@ -130,7 +152,7 @@ impl Way {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn place(&self, x: f32, y: f32) -> (f32, f32) {
         let m = &self.m;
         let depth = 1.0 / (m[6] * x + m[7] * y + m[8]);
@@ -138,6 +160,7 @@ impl Way {
     }
 
     /// The places of every eighth pixel of a row, from (`left`, `y`) on.
+    #[inline(always)]
     fn places(&self, left: f32, y: f32, places: &mut [(f32, f32)]) {
         for (at, place) in places.iter_mut().enumerate() {
             *place = self.place(left + (at * SPAN) as f32, y);
@@ -147,7 +170,7 @@ impl Way {
     /// Gathers what the pixels from (`x`, `y`) to the right look at, the first of them and the one
     /// after the last at `ends`, as span `at` of a row. [`UNKNOWN`] for those that look at nothing,
     /// else 0.
-    #[inline]
+    #[inline(always)]
     fn look(
         &self,
         other: &Source,

@@ -25,7 +25,7 @@ pub(super) const COLUMNS: usize = SPAN + 2;
 type Bytes = u64;
 
 /// The eight bytes from `at` on; nothing beyond the plane's end.
-#[inline]
+#[inline(always)]
 fn eight(plane: &[u8], at: usize) -> Bytes {
     let bytes = plane.get(at..at + SPAN).and_then(|bytes| bytes.first_chunk());
     bytes.map_or(0, |bytes| Bytes::from_le_bytes(*bytes))
@@ -54,6 +54,7 @@ impl Row {
 
     /// Interpolates plane `which`. Differences may be less than zero; in the sum, modulo 2¹⁶, all is
     /// paid back.
+    #[inline(always)]
     pub(super) fn interpolate(&self, which: usize, to: &mut [u8]) {
         let along = |from: u16, to: u16, f: u16| {
             (from << STEP_BITS).wrapping_add(to.wrapping_sub(from).wrapping_mul(f))
@@ -71,7 +72,7 @@ impl Row {
     }
 
     /// Gathers the points of span `at` that lies inside.
-    #[inline]
+    #[inline(always)]
     pub(super) fn gather(&mut self, at: usize, other: &Source, line: &Line) {
         let (from, to) = (line.pixel(0), line.pixel(SPAN as i32 - 1));
         // Beside steps of exactly one along a row, no pixel is off by more than the last is:
@@ -90,12 +91,15 @@ impl Row {
             self.gather_one_by_one(at, other, line);
             return;
         }
-        self.weights[0][at] = std::array::from_fn(|i| line.weight_x(i as i32));
-        self.weights[1][at] = std::array::from_fn(|i| line.weight_y(i as i32));
+        let [along, across] = &mut self.weights;
+        for i in 0..SPAN {
+            along[at][i] = line.weight_x(i as i32);
+            across[at][i] = line.weight_y(i as i32);
+        }
     }
 
     /// Eight pixels side by side.
-    #[inline]
+    #[inline(always)]
     fn gather_row(&mut self, at: usize, other: &Source, corner: usize) {
         let below = corner + other.width();
         for (corners, plane) in self.corners.iter_mut().zip(other.planes()) {
@@ -108,7 +112,7 @@ impl Row {
     /// Eight pixels that lie side by side but for a column and a row that some are further than
     /// others: `further`, 255 for one that is, 0 for one that is not, along and across. A camera that
     /// turns or comes closer leaves most spans like this.
-    #[inline]
+    #[inline(always)]
     fn gather_rows(
         &mut self,
         at: usize,
@@ -175,7 +179,7 @@ pub(super) struct Line {
 
 impl Line {
     /// From the place of the first pixel to that of the one after the last.
-    #[inline]
+    #[inline(always)]
     pub(super) fn between(ends: [(f32, f32); 2]) -> Self {
         let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
         let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
@@ -186,7 +190,7 @@ impl Line {
     }
 
     /// The pixel left of and above place `i`.
-    #[inline]
+    #[inline(always)]
     fn pixel(&self, i: i32) -> (i32, i32) {
         let whole = |start: i32, step: i32| (start + i * step) >> FRACTION_BITS;
         (whole(self.start.0, self.step.0), whole(self.start.1, self.step.1))
@@ -194,30 +198,32 @@ impl Line {
 
     /// Which places look at a column and at a row further than the `least`, in the bytes of each, when
     /// the last place is `off` by one or none.
-    #[inline]
+    #[inline(always)]
     fn further(&self, off: (i32, i32), least: (i32, i32)) -> [Bytes; 2] {
-        let bytes = |further: &dyn Fn(i32) -> i32| {
-            let byte = |i: usize| (further(i as i32) as u8).wrapping_neg();
-            Bytes::from_le_bytes(std::array::from_fn(byte))
-        };
-        let along = if off.0 == 0 { 0 } else { bytes(&|i| self.pixel(i).0 - i - least.0) };
-        let across = if off.1 == 0 { 0 } else { bytes(&|i| self.pixel(i).1 - least.1) };
-        [along, across]
+        let mut bytes = [[0; SPAN]; 2];
+        let [along, across] = &mut bytes;
+        for i in 0..SPAN {
+            let (x, y) = self.pixel(i as i32);
+            along[i] = ((x - i as i32 - least.0) as u8).wrapping_neg();
+            across[i] = ((y - least.1) as u8).wrapping_neg();
+        }
+        let [along, across] = bytes.map(Bytes::from_le_bytes);
+        [if off.0 == 0 { 0 } else { along }, if off.1 == 0 { 0 } else { across }]
     }
 
-    #[inline]
+    #[inline(always)]
     fn weight_x(&self, i: i32) -> u16 {
         weight(self.start.0 + i * self.step.0)
     }
 
-    #[inline]
+    #[inline(always)]
     fn weight_y(&self, i: i32) -> u16 {
         weight(self.start.1 + i * self.step.1)
     }
 }
 
 /// Steps of a coordinate from the pixel it lies behind.
-#[inline]
+#[inline(always)]
 fn weight(s: i32) -> u16 {
     (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16
 }

@@ -74,7 +74,10 @@ impl Video {
         range: Option<FrameRange>,
         as_stored: bool,
     ) -> Result<Self> {
-        let probe = probe::run(ffmpeg, path)?;
+        let probe = probe::run(ffmpeg, path);
+        // A program that does not even say its version is what is wrong then.
+        ffmpeg.works_for(path)?;
+        let probe = probe?;
         if let Some((width, height)) = probe.size {
             decode::check_size(path, 0, width, height)?;
         }

@@ -3,7 +3,8 @@
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{Error, Result};
 
@@ -14,11 +15,21 @@ const VARIABLE: &str = "MUYBRIDGE_FFMPEG";
 /// which later versions dropped (ffmpeg's Changelog, 5.1).
 const FPS_MODE_SINCE: (u32, u32) = (5, 1);
 
-/// The ffmpeg program, found and started once to ask its version.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The ffmpeg program, found and started once to ask its version. It takes a while to start, so its answer
+/// is not waited for until it is needed.
+#[derive(Clone, Debug)]
 pub struct Ffmpeg {
     program: PathBuf,
-    version: Option<(u32, u32)>,
+    answer: Arc<Mutex<Answer>>,
+}
+
+#[derive(Debug)]
+enum Answer {
+    Awaited(Child),
+    /// The version, where it could be understood.
+    Heard(Option<(u32, u32)>),
+    /// It was no success.
+    Failed,
 }
 
 impl Ffmpeg {
@@ -28,10 +39,17 @@ impl Ffmpeg {
     /// # Errors
     /// [`Error::FfmpegMissing`] when it is not there or does not start.
     pub fn find(video: &Path) -> Result<Self> {
+        let found = Self::find_in(video, env::var_os(VARIABLE), env::var_os("PATH"))?;
+        found.works_for(video)?;
+        Ok(found)
+    }
+
+    /// The same without waiting for its answer; [`works_for`](Self::works_for) has to be asked.
+    pub(in crate::frames) fn begin(video: &Path) -> Result<Self> {
         Self::find_in(video, env::var_os(VARIABLE), env::var_os("PATH"))
     }
 
-    /// [`Ffmpeg::find`] with the two environment variables as arguments.
+    /// [`Ffmpeg::begin`] with the two environment variables as arguments.
     pub(in crate::frames) fn find_in(
         video: &Path,
         named: Option<OsString>,
@@ -46,13 +64,39 @@ impl Ffmpeg {
         let answer = Command::new(&program)
             .arg("-version")
             .stdin(Stdio::null())
-            .output()
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
             .map_err(|_| missing())?;
-        if !answer.status.success() {
-            return Err(missing());
+        Ok(Self { program, answer: Arc::new(Mutex::new(Answer::Awaited(answer))) })
+    }
+
+    /// Waits for the answer to the first call.
+    ///
+    /// # Errors
+    /// [`Error::FfmpegMissing`] when there was none.
+    pub(in crate::frames) fn works_for(&self, video: &Path) -> Result<()> {
+        let missing =
+            || Error::FfmpegMissing { path: video.to_owned(), program: self.program.clone() };
+        self.heard().map(|_| ()).ok_or_else(missing)
+    }
+
+    /// The version, where it could be understood; `None` when there was no answer.
+    fn heard(&self) -> Option<Option<(u32, u32)>> {
+        // Whoever panicked left the answer as it was, or as failed.
+        let mut answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner);
+        *answer = match std::mem::replace(&mut *answer, Answer::Failed) {
+            Answer::Awaited(child) => {
+                let output = child.wait_with_output().ok().filter(|o| o.status.success());
+                let version = |bytes: &[u8]| parse_version(&String::from_utf8_lossy(bytes));
+                output.map_or(Answer::Failed, |o| Answer::Heard(version(&o.stdout)))
+            }
+            heard => heard,
+        };
+        match *answer {
+            Answer::Heard(version) => Some(version),
+            Answer::Awaited(_) | Answer::Failed => None,
         }
-        let version = parse_version(&String::from_utf8_lossy(&answer.stdout));
-        Ok(Self { program, version })
     }
 
     /// The program's file.
@@ -65,7 +109,7 @@ impl Ffmpeg {
     /// straight from the source repository), which are taken as recent.
     #[must_use]
     pub fn version(&self) -> Option<(u32, u32)> {
-        self.version
+        self.heard().flatten()
     }
 
     /// A command that reads `video` as its first input: quiet, without standard input, local
@@ -86,7 +130,7 @@ impl Ffmpeg {
 
     /// The option that hands every frame on exactly once.
     pub(super) fn every_frame_once(&self) -> [&'static str; 2] {
-        match self.version {
+        match self.version() {
             Some(version) if version < FPS_MODE_SINCE => ["-vsync", "passthrough"],
             _ => ["-fps_mode", "passthrough"],
         }
@@ -131,7 +175,10 @@ mod tests {
 
     #[test]
     fn the_dialect_follows_the_version() {
-        let with = |version| Ffmpeg { program: PathBuf::new(), version }.every_frame_once()[0];
+        let with = |version| {
+            let answer = Arc::new(Mutex::new(Answer::Heard(version)));
+            Ffmpeg { program: PathBuf::new(), answer }.every_frame_once()[0]
+        };
         assert_eq!(with(Some((5, 0))), "-vsync");
         assert_eq!(with(Some((5, 1))), "-fps_mode");
         assert_eq!(with(Some((9, 0))), "-fps_mode");

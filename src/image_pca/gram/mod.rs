@@ -2,26 +2,22 @@
 //!
 //! With a = m XOR d (see `changes`), summed pixel by pixel where m is clear and where it is set:
 //! a_i·a_j = d_i·d_j + m·a_i + m·a_j − m·m. Only d_i·d_j needs all pairs. It is worked out for 64
-//! columns at a time and a block of words that stays in the cache while all rows pass, by one of
-//! two kernels:
-//! - `tables`: a half-byte of four pixels has sixteen values. The sums of the sixteen with each of
-//!   the 64 columns are tabled as bytes; a row adds the entries of its half-bytes that are not
-//!   zero. No popcount at all, and time goes by what changes.
-//! - `popcount`: AND and popcount, for processors that count the bits of a whole vector at once.
+//! columns at a time and a block of words that stays in the cache while all rows pass (`tables`): a
+//! half-byte of four pixels has sixteen values. The sums of the sixteen with each of the 64 columns are
+//! tabled as bytes; a row adds the entries of its half-bytes that are not zero. No popcount at all, and
+//! time goes by what changes.
 //!
-//! Sums of integers do not depend on the order, so kernels, instruction sets and threads all give
-//! the same matrix.
+//! Sums of integers do not depend on the order, so instruction sets and threads all give the same
+//! matrix.
 
-mod dispatch;
-mod popcount;
 mod tables;
 
 use rayon::prelude::*;
 
 use super::changes::{Changes, TILE, common};
 
-pub use dispatch::InstructionSet;
-use tables::HalfBytes;
+use crate::numeric::InstructionSet;
+use tables::{HalfBytes, Tile};
 
 /// Sums of one row with the columns of a tile.
 type TileSums = [u32; TILE];
@@ -43,12 +39,12 @@ pub(super) fn gram(changes: &Changes, instructions: InstructionSet) -> Vec<u32> 
 pub(super) fn add_gram(changes: &Changes, instructions: InstructionSet, matrix: &mut [u32]) {
     let n = changes.masks;
     assert!(changes.majority.len() < (u32::MAX / 64) as usize, "a mask of fewer than 2^32 pixels");
-    let half_bytes = (!instructions.counts_vectors()).then(|| HalfBytes::of(changes));
+    let half_bytes = &HalfBytes::of(changes);
     // The last tile has the most rows: begun first, it ends first.
     let mut tiles: Vec<Vec<TileSums>> = (0..changes.tiles.len())
         .into_par_iter()
         .rev()
-        .map(|tile| dispatch::tile_sums(instructions, changes, half_bytes.as_ref(), tile))
+        .map(|tile| instructions.run(Tile { changes, half_bytes, tile }))
         .collect();
     tiles.reverse();
     let squared = common(&changes.majority, &changes.majority) as i64;
