@@ -64,6 +64,11 @@ impl Compared {
         }
     }
 
+    /// Whether the camera is at rest.
+    pub(super) fn is_still(&self) -> bool {
+        self.from_first.iter().all(|m| *m == Matrix3::identity())
+    }
+
     /// The frames at half the size, to be laid over one another.
     pub(super) fn sources(&self) -> Vec<Source<'_>> {
         let of = |frame: &'_ Reduced| (frame.levels[0].width(), frame.levels[0].height());

@@ -5,7 +5,8 @@
 //!
 //! What the camera's motion explains better than the animal's, over an area wider than a leg, is no part
 //! of the animal. (A hoof on the ground moves with the scene too.) Where the two motions hardly differ
-//! nothing can be told, and nothing is taken away.
+//! nothing can be told, and nothing is taken away; nor before a camera at rest, where the plate shows what
+//! an animal that moves leaves behind.
 
 use rayon::prelude::*;
 
@@ -138,7 +139,8 @@ fn kept(
     let left = small.area() - scene.area();
     let there = |v: usize, most: usize| (v / 2).min(most - 1);
     let stays = |x: usize, y: usize| draft.get(x, y) && !scene.get(there(x, w), there(y, h));
-    let mask = if scene.is_empty() {
+    // Before a camera at rest what is near the animal in every frame has an animal that hardly moves.
+    let mask = if scene.is_empty() || compared.is_still() {
         draft.clone()
     } else {
         Mask::from_fn(draft.width(), draft.height(), stays)
@@ -262,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_fence_that_was_taken_along_goes_and_the_animal_stays() {
-        for (pan, speed) in [(3, 0), (2, -1), (0, 2)] {
+        for (pan, speed) in [(3, 0), (2, -1), (1, 2)] {
             let (frames, path) = clip(pan, speed);
             let compared = Compared::of(&frames, &path, 24.0);
             let taken = drafts(|t, x, y| animal(t, speed, x, y) || fence(t, pan, x, y));
@@ -278,12 +280,13 @@ mod tests {
     }
 
     #[test]
-    fn an_animal_that_stays_where_it_is_keeps_all_of_its_drafts() {
-        for pan in [0, 3] {
-            let (frames, path) = clip(pan, -pan);
-            let taken = drafts(|t, x, y| animal(t, -pan, x, y) || fence(t, pan, x, y));
+    fn drafts_stay_as_they_are_where_animal_or_camera_rest() {
+        // Before a camera at rest whatever it does.
+        for (pan, speed) in [(0, 0), (3, -3), (0, 2)] {
+            let (frames, path) = clip(pan, speed);
+            let taken = drafts(|t, x, y| animal(t, speed, x, y) || fence(t, pan, x, y));
             let found = without_scene(&Compared::of(&frames, &path, 24.0), &taken, Stage::Guess);
-            assert!(found == taken, "{pan}");
+            assert!(found == taken, "{pan} {speed}");
         }
     }
 
