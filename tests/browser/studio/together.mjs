@@ -53,7 +53,11 @@ async function twoTabs(size) {
   await step("analysis");
   await Promise.all([
     one.selectOption(".inspector select", "walk"),
-    two.fill(".inspector input[type=number]", "6").then(() => two.keyboard.press("Tab")),
+    // At one stroke: a number half typed when the other tab's change redraws the field can be lost (docs/studio.md).
+    two.locator(".inspector input[type=number]").evaluate((field) => {
+      field.value = "6";
+      field.dispatchEvent(new Event("change"));
+    }),
   ]);
   const chosen = async () => {
     const { settings } = await state(SHOT);
