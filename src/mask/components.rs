@@ -13,10 +13,21 @@ pub enum Connectivity {
 
 /// A run of set pixels in one row: columns `start..end` of row `y`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Run {
-    y: usize,
-    start: usize,
-    end: usize,
+pub(crate) struct Run {
+    pub(crate) y: usize,
+    pub(crate) start: usize,
+    pub(crate) end: usize,
+}
+
+impl Mask {
+    /// The set pixels, row by row.
+    pub(crate) fn runs(&self) -> Vec<Run> {
+        let mut runs = Vec::new();
+        for y in 0..self.height() {
+            runs_of_row(self, y, &mut runs);
+        }
+        runs
+    }
 }
 
 /// One connected component.

@@ -10,6 +10,7 @@ mod png_rows;
 mod reach;
 mod stroke;
 
+pub(crate) use components::Run;
 pub use components::{Component, Connectivity, components, linked_components};
 pub use cropped::CroppedMask;
 pub use packed::{Bounds, Mask};

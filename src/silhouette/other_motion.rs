@@ -2,7 +2,7 @@
 //! the camera's motion brings them, and most of the others where one displacement does.
 
 use super::lab_image::LabImage;
-use crate::mask::Mask;
+use crate::mask::{Mask, Run};
 
 /// Differences are counted up to this, half units of L*a*b* summed over the channels: larger ones say
 /// no more.
@@ -26,36 +26,28 @@ impl Reduced {
     }
 }
 
-/// The pixels of a mask, row by row: pieces of rows `(y, left, right)`, `right` excluded.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// The pixels of a mask, row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Places {
-    pub(super) runs: Vec<(usize, usize, usize)>,
+    pub(super) runs: Vec<Run>,
 }
 
 impl Places {
     pub(super) fn of(mask: &Mask) -> Self {
-        let mut runs = Vec::new();
-        let Some(b) = mask.bounds() else { return Self { runs } };
-        for y in b.top..=b.bottom {
-            let mut x = b.left;
-            while x <= b.right {
-                if !mask.get(x, y) {
-                    x += 1;
-                    continue;
-                }
-                let left = x;
-                while x <= b.right && mask.get(x, y) {
-                    x += 1;
-                }
-                runs.push((y, left, x));
-            }
-        }
-        Self { runs }
+        Self { runs: mask.runs() }
     }
 
     pub(super) fn count(&self) -> usize {
-        self.runs.iter().map(|(_, left, right)| right - left).sum()
+        self.runs.iter().map(|run| run.end - run.start).sum()
     }
+}
+
+/// The difference of two pixels, of which each channel is a pair of bytes, up to [`MOST`]. Bytes of L* are
+/// half units, those of a* and b* whole ones.
+#[inline]
+pub(super) fn difference(l: (&u8, &u8), a: (&u8, &u8), b: (&u8, &u8)) -> u16 {
+    let apart = |(a, b): (&u8, &u8)| u16::from(a.abs_diff(*b));
+    (apart(l) + 2 * (apart(a) + apart(b))).min(MOST)
 }
 
 /// Differences at each of some places of `from` from what lies `shift` away from it in `to`, up to
@@ -69,7 +61,7 @@ pub(super) fn shifted(
 ) {
     differences.clear();
     let (w, h) = (from.width() as i64, from.height() as i64);
-    for &(y, left, right) in &places.runs {
+    for &Run { y, start: left, end: right } in &places.runs {
         let there = y as i64 + shift.1;
         let inside =
             |x: usize| (x as i64).max(-shift.0).min(w - shift.0).clamp(left as i64, right as i64);
@@ -85,13 +77,8 @@ pub(super) fn shifted(
             let other = &to.planes()[c][start..start + here.len()];
             from.planes()[c][here.clone()].iter().zip(other)
         };
-        let apart = |(a, b): (&u8, &u8)| u16::from(a.abs_diff(*b));
-        differences.extend(
-            pairs(0)
-                .zip(pairs(1))
-                .zip(pairs(2))
-                .map(|((l, a), b)| (apart(l) + 2 * (apart(a) + apart(b))).min(MOST)),
-        );
+        differences
+            .extend(pairs(0).zip(pairs(1)).zip(pairs(2)).map(|((l, a), b)| difference(l, a, b)));
         differences.resize(differences.len() + right - last, MOST);
     }
 }
@@ -149,7 +136,7 @@ mod tests {
         ) {
             let places = Places::of(&Mask::from_bools(w, h, &pixels).unwrap());
             let found: Vec<usize> =
-                places.runs.iter().flat_map(|&(y, l, r)| (l..r).map(move |x| y * w + x)).collect();
+                places.runs.iter().flat_map(|r| (r.start..r.end).map(move |x| r.y * w + x)).collect();
             let wanted: Vec<usize> = (0..w * h).filter(|at| pixels[*at]).collect();
             prop_assert_eq!(places.count(), wanted.len());
             prop_assert_eq!(found, wanted);

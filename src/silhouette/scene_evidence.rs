@@ -9,10 +9,10 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::lab_image::{LabImage, Region};
-use super::other_motion::{LEVELS, MOST, Places, Reduced, around, best_shift, shifted};
+use super::other_motion::{LEVELS, MOST, Places, Reduced, around, best_shift, difference, shifted};
 use super::plate::REFERENCE_FPS;
 use super::warp::{Source, Warped};
-use crate::mask::Mask;
+use crate::mask::{Mask, Run};
 
 /// Frames before and after that a frame is compared with, for footage at [`REFERENCE_FPS`]: in the
 /// near ones the animal's pose has changed little, in the far ones no part of it is where it was.
@@ -201,22 +201,14 @@ fn differences(
 ) -> Vec<u16> {
     let warped = Warped::of(other, to_other, region);
     let pairs = |c: usize| own.planes()[c].iter().zip(&warped.image.planes()[c]);
-    let apart = |(a, b): (&u8, &u8)| u16::from(a.abs_diff(*b));
-    pairs(0)
-        .zip(pairs(1))
-        .zip(pairs(2))
-        .zip(&warped.outside)
-        .map(|(((l, a), b), outside)| {
-            let known = (apart(l) + 2 * (apart(a) + apart(b))).min(MOST);
-            known.max(u16::from(*outside))
-        })
-        .collect()
+    let channels = pairs(0).zip(pairs(1)).zip(pairs(2)).zip(&warped.outside);
+    channels.map(|(((l, a), b), outside)| difference(l, a, b).max(u16::from(*outside))).collect()
 }
 
 /// The values of a region at the places.
 fn gathered(of_region: &[u16], places: &Places, region: Region) -> Vec<u16> {
     let mut values = Vec::with_capacity(places.count());
-    for &(y, left, right) in &places.runs {
+    for &Run { y, start: left, end: right } in &places.runs {
         let row = (y - region.top) * region.width();
         values.extend_from_slice(&of_region[row + left - region.left..row + right - region.left]);
     }

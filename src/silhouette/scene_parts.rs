@@ -14,7 +14,7 @@ use super::lab_image::Region;
 use super::other_motion::Places;
 use super::scene_evidence::Compared;
 use super::warp::Source;
-use crate::mask::Mask;
+use crate::mask::{Mask, Run};
 
 /// Over how wide an area the evidence is smoothed, and how wide a part of the scene must be, roots of
 /// the area. Legs are thinner.
@@ -150,7 +150,7 @@ fn kept(
 
 /// Tells each place and its index in a region.
 fn for_each_place(places: &Places, region: Region, mut tell: impl FnMut(usize, usize, usize)) {
-    for &(y, left, right) in &places.runs {
+    for &Run { y, start: left, end: right } in &places.runs {
         for x in left..right {
             tell(x, y, (y - region.top) * region.width() + x - region.left);
         }
