@@ -144,10 +144,28 @@ impl YuvPicture {
         self.bytes[from..from + self.width].split_at(self.width / 2)
     }
 
+    /// All of luma, row by row.
+    #[must_use]
+    pub fn luma(&self) -> &[u8] {
+        &self.bytes[..self.width * self.height]
+    }
+
+    /// All of chroma: `height / 2` rows of `width` bytes, U in their left half, V in the right.
+    #[must_use]
+    pub fn chroma(&self) -> &[u8] {
+        &self.bytes[self.width * self.height..]
+    }
+
+    /// How its colours become red, green and blue.
+    #[must_use]
+    pub fn conversion(&self) -> YuvConversion {
+        YuvConversion::new(self.matrix)
+    }
+
     /// Every pixel converted.
     #[must_use]
     pub fn to_rgb(&self) -> Picture {
-        let conversion = YuvConversion::new(self.matrix);
+        let conversion = self.conversion();
         let mut rgb = Vec::with_capacity(3 * self.width * self.height);
         for y in 0..self.height {
             let (us, vs) = self.chroma_rows(y / 2);

@@ -26,12 +26,12 @@ use crate::silhouette::{
 /// Pictures that are worked on side by side.
 const BATCH: usize = 8;
 
-/// What is decoded meanwhile, which bounds the pixels in memory: four pictures of 1920×1080, 25 MB, and more
-/// of smaller ones, so that decoding goes on while colours are learnt.
-const AHEAD: Ahead = Ahead { frames: 4, pixels: 4 * 1920 * 1080 };
+/// What is decoded meanwhile, which bounds the pixels in memory: of 1920×1080 eight frames of video, 25 MB,
+/// or eight pictures, 50 MB, and more of smaller ones, so that decoding goes on while colours are learnt.
+const AHEAD: Ahead = Ahead { frames: 4, pixels: 8 * 1920 * 1080 };
 
-/// The same of frames as stored, which take half as much.
-const AHEAD_STORED: Ahead = Ahead { frames: 12, pixels: 12 * 1920 * 1080 };
+/// The same where next to nothing but decoding takes time.
+const AHEAD_BY_COLOUR: Ahead = Ahead { frames: 12, pixels: 12 * 1920 * 1080 };
 
 /// Pictures at the size of outlines, 1.3 MB at most, that are outlined side by side: the more of them,
 /// the less a thread waits for the last.
@@ -56,7 +56,7 @@ fn frame_of(file: &str) -> Option<usize> {
 /// Segments the shot's footage; `corrected` are the masks a person repainted.
 pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) -> Result<()> {
     let by_colour = shot.settings.silhouette.method == Method::Colour;
-    let mut seen = open(shot, by_colour)?;
+    let mut seen = open(shot, if by_colour { AHEAD_BY_COLOUR } else { AHEAD })?;
     let rectangles = rectangles(shot)?;
     work.total = seen.frame_count();
     if by_colour {
@@ -71,13 +71,12 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
     loop {
         let start = observed;
         while observed < start + STRETCH_FRAMES {
-            let pictures =
-                next_pictures(seen.as_mut(), BATCH.min(start + STRETCH_FRAMES - observed))?;
-            let Some(first) = pictures.first() else { break };
+            let frames = next_frames(seen.as_mut(), BATCH.min(start + STRETCH_FRAMES - observed))?;
+            let Some(first) = frames.first() else { break };
             let segmenter = match &mut segmenter {
                 Some(segmenter) => segmenter,
                 none => none.insert(ClipSegmenter::new(
-                    first,
+                    &first.clone().into_rgb(),
                     rectangles.0,
                     rectangles.1,
                     shot.fps(),
@@ -85,6 +84,8 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
                     said.take().unwrap_or_default(),
                 )?),
             };
+            let pictures: Vec<_> =
+                frames.par_iter().map(|f| segmenter.at_outline_size(f)).collect();
             segmenter.observe(&pictures);
             let spool = match &mut spool {
                 Some(spool) => spool,
@@ -94,12 +95,10 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
                     none.insert(Spool::new(file, folder, segmenter.outline_size()))
                 }
             };
-            let reduced: Vec<_> =
-                pictures.par_iter().map(|p| segmenter.at_outline_size(p)).collect();
-            for picture in &reduced {
+            for picture in &pictures {
                 spool.put(picture)?;
             }
-            observed += pictures.len();
+            observed += frames.len();
             // Every frame is worked on twice.
             work.step((start + observed) / 2)?;
         }
@@ -223,28 +222,17 @@ fn outline(
     Ok(())
 }
 
-fn open(shot: &Shot, as_stored: bool) -> Result<Box<dyn FrameSource>> {
+fn open(shot: &Shot, ahead: Ahead) -> Result<Box<dyn FrameSource>> {
     let shot = shot.clone();
     let footage = move || {
-        let footage = if as_stored { shot.stored_footage() } else { shot.footage() }?;
+        let footage = shot.stored_footage()?;
         footage.ok_or_else(|| Error::NoSource { folder: shot.folder().to_owned() })
     };
     // With one thread there is none to read ahead with.
-    let ahead = if as_stored { AHEAD_STORED } else { AHEAD };
     if rayon::current_num_threads() > 1 { read_ahead(footage, ahead) } else { footage() }
 }
 
-/// Up to `wanted` more pictures, fewer at the source's end.
-fn next_pictures(footage: &mut dyn FrameSource, wanted: usize) -> Result<Vec<Picture>> {
-    let mut pictures = Vec::with_capacity(wanted);
-    while pictures.len() < wanted {
-        let Some(picture) = footage.next_frame()? else { break };
-        pictures.push(picture);
-    }
-    Ok(pictures)
-}
-
-/// The same, in the form the source holds them.
+/// Up to `wanted` more frames in the form the source holds them, fewer at its end.
 fn next_frames(footage: &mut dyn FrameSource, wanted: usize) -> Result<Vec<Frame>> {
     let mut frames = Vec::with_capacity(wanted);
     while frames.len() < wanted {

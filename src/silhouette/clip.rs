@@ -5,7 +5,7 @@
 //! is bounded; each begins with the colours of the first frame and the place where the stretch
 //! before it left the animal.
 
-use std::borrow::Cow;
+use std::borrow::{Borrow, Cow};
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,13 +16,14 @@ use super::base_drafts::BaseDrafts;
 use super::correction::Labels;
 use super::drafts::{Clip, Corrected, Drafted};
 use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
-use super::lab_image::{LabImage, Region, reduced};
+use super::lab_image::{LabImage, Region};
 use super::light::light;
 use super::outline::outline;
+use super::reduced::{sized, sized_picture};
 use super::scale::Scale;
 use super::segmenter::{Chosen, Parts, Segmenter, Settings};
 use crate::error::Result;
-use crate::image::{Picture, Rectangle};
+use crate::image::{Frame, Picture, Rectangle};
 use crate::mask::{Connectivity, Mask, components};
 use crate::motion::{CameraPath, Pyramid, Registration, register};
 use crate::numeric::GridCut;
@@ -115,8 +116,9 @@ impl ClipSegmenter {
         })
     }
 
-    /// Takes in the next pictures of a stretch. The first after a draft begin the next one.
-    pub fn observe(&mut self, pictures: &[Picture]) {
+    /// Takes in the next pictures of a stretch: frames [at the size of outlines](Self::at_outline_size),
+    /// or whole ones. The first after a draft begin the next one.
+    pub fn observe<P: Borrow<Picture> + Sync>(&mut self, pictures: &[P]) {
         if self.drafted.take().is_some() {
             self.base = None;
             self.first += self.frames.len();
@@ -126,8 +128,8 @@ impl ClipSegmenter {
             self.light = None;
             self.guess_before = self.guess.clone();
         }
-        let look = |picture| {
-            let small = sized(picture, self.sketch);
+        let look = |picture: &P| {
+            let small = sized_picture(picture.borrow(), self.sketch);
             (self.guess.rough_parts(&small), LabImage::of(&small))
         };
         let seen: Vec<(Parts, LabImage)> = pictures.par_iter().map(look).collect();
@@ -266,11 +268,11 @@ impl ClipSegmenter {
         self.fine
     }
 
-    /// A picture of the clip at the size at which outlines are cut: all that
-    /// [`outline`](Self::outline) sees of it.
+    /// A frame of the clip at the size at which outlines are cut: all that
+    /// [`observe`](Self::observe) and [`outline`](Self::outline) need of it.
     #[must_use]
-    pub fn at_outline_size<'a>(&self, picture: &'a Picture) -> Cow<'a, Picture> {
-        sized(picture, self.fine)
+    pub fn at_outline_size<'a>(&self, frame: &'a Frame) -> Cow<'a, Picture> {
+        sized(frame, self.fine)
     }
 
     /// The silhouette of frame `t` of the clip, which lies in the stretch drafted last, and what is
@@ -291,7 +293,7 @@ impl ClipSegmenter {
             return (mask, report);
         };
         let fine_labels = labels.map(|l| l.resized(self.fine));
-        let picture = sized(picture, self.fine);
+        let picture = sized_picture(picture, self.fine);
         let light = self.light.as_ref().and_then(|light| light.get(t - self.first)).copied();
         let (mask, confidence) = outline(&picture, draft, cues, fine_labels.as_ref(), light, cut);
         let mut mask = enlarged(&mask, self.size);
@@ -356,13 +358,6 @@ fn within(size: (usize, usize), most: usize) -> (usize, usize) {
     let scale = (most as f64 / pixels as f64).sqrt();
     let side = |s: usize| ((s as f64 * scale) as usize).max(1);
     (side(size.0), side(size.1))
-}
-
-fn sized(picture: &Picture, size: (usize, usize)) -> Cow<'_, Picture> {
-    if (picture.width(), picture.height()) == size {
-        return Cow::Borrowed(picture);
-    }
-    reduced(picture, size.0, size.1).map_or(Cow::Borrowed(picture), Cow::Owned)
 }
 
 /// The mask at a larger size, its outline smooth: half-way between the pixels' centres.

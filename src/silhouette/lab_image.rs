@@ -3,9 +3,6 @@
 
 use std::sync::LazyLock;
 
-use fast_image_resize::images::{Image, ImageRef};
-use fast_image_resize::{FilterType, PixelType, ResizeAlg, ResizeOptions, Resizer};
-
 use crate::image::Picture;
 use crate::mask::Mask;
 use crate::numeric::{InstructionSet, Kernel, whole_part};
@@ -179,18 +176,6 @@ pub(super) fn lab_of(bytes: [u8; 3]) -> [f32; 3] {
     ]
 }
 
-/// The picture at another size, no larger than it is, by Catmull and Rom's kernel widened to the new
-/// pixels: edges of thin legs stay sharper than under a mean, by .003 to .01 of overlap on four clips.
-pub(super) fn reduced(picture: &Picture, width: usize, height: usize) -> Option<Picture> {
-    let [w, h, to_w, to_h] =
-        [picture.width(), picture.height(), width, height].map(|side| u32::try_from(side).ok());
-    let whole = ImageRef::new(w?, h?, picture.rgb(), PixelType::U8x3).ok()?;
-    let mut small = Image::new(to_w?, to_h?, PixelType::U8x3);
-    let how = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::CatmullRom));
-    Resizer::new().resize(&whole, &mut small, &how).ok()?;
-    Picture::from_rgb(width, height, small.into_vec())
-}
-
 /// Pixels that are converted together.
 const BLOCK: usize = 32;
 
@@ -340,41 +325,6 @@ mod tests {
             for (a, b) in again.at(0).into_iter().zip(lab.at(0)) {
                 assert!(a.abs_diff(b) <= 2, "{rgb:?}");
             }
-        }
-    }
-
-    /// The kernel in one dimension: how much each of `from` pixels counts for pixel `at` of `to`.
-    fn weights(at: usize, to: usize, from: usize) -> Vec<(usize, f64)> {
-        let scale = from as f64 / to as f64;
-        let middle = (at as f64 + 0.5) * scale;
-        let kernel = |x: f64| match x.abs() {
-            x if x < 1.0 => 1.5 * x.powi(3) - 2.5 * x.powi(2) + 1.0,
-            x if x < 2.0 => -0.5 * x.powi(3) + 2.5 * x.powi(2) - 4.0 * x + 2.0,
-            _ => 0.0,
-        };
-        let all: Vec<(usize, f64)> =
-            (0..from).map(|i| (i, kernel((i as f64 + 0.5 - middle) / scale))).collect();
-        let sum: f64 = all.iter().map(|w| w.1).sum();
-        all.into_iter().filter(|w| w.1 != 0.0).map(|(i, w)| (i, w / sum)).collect()
-    }
-
-    /// Against the textbook's kernel, to what is rounded between its two passes.
-    #[test]
-    fn a_reduced_picture_is_that_of_the_kernel() {
-        let ((w, h), (to_w, to_h)) = ((101, 67), (60, 41));
-        let level = |i: usize| 128.0 + 90.0 * ((i * i % 997) as f64 * 0.02).sin();
-        let rgb: Vec<u8> = (0..3 * w * h).map(|i| level(i) as u8).collect();
-        let small = reduced(&Picture::from_rgb(w, h, rgb.clone()).unwrap(), to_w, to_h).unwrap();
-        for at in 0..3 * to_w * to_h {
-            let (x, y, c) = (at / 3 % to_w, at / 3 / to_w, at % 3);
-            let mut wanted = 0.0;
-            for (row, v) in weights(y, to_h, h) {
-                for (column, u) in weights(x, to_w, w) {
-                    wanted += u * v * f64::from(rgb[3 * (row * w + column) + c]);
-                }
-            }
-            let found = f64::from(small.rgb()[at]);
-            assert!((found - wanted.clamp(0.0, 255.0)).abs() <= 2.0, "{at}: {found} {wanted}");
         }
     }
 }

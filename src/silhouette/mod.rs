@@ -27,6 +27,7 @@ mod outline;
 mod pair_costs;
 mod plate;
 mod reach;
+mod reduced;
 mod resemblance;
 mod scale;
 mod scale_trend;
