@@ -20,6 +20,10 @@ const FRAMES_PER_TERM: usize = 3;
 /// it was fitted to, and so confirms that phase. (Of four real horses the one with most noise is .034 strides off instead of .053.)
 const FRAMES_PER_TERM_SOUGHT: usize = 6;
 
+/// Harmonics that even a short clip is given then, if its frames bear them at all: the first two of the step are the second and
+/// fourth of the stride.
+const LEAST_HARMONICS_SOUGHT: usize = 4;
+
 /// The first phase is smoothed over this many periods of the cycle that is fitted: a warp within
 /// a few periods would be taken over by the series and hardly be seen again, since a series fitted to a wrong phase
 /// confirms it. Over two periods, a real horse's phase that slips where its line fades stays wrong; over eight, the
@@ -89,7 +93,9 @@ fn steadied(clip: &Clip, first: &Carrier) -> Vec<f64> {
 
 /// Refines a first phase; `None` when the frames do not determine the series.
 pub(super) fn fit(clip: &Clip, first: &Carrier) -> Option<Fitted> {
-    let sought = order(clip, &first.phase, FRAMES_PER_TERM_SOUGHT);
+    let most = order(clip, &first.phase, FRAMES_PER_TERM);
+    let sought =
+        order(clip, &first.phase, FRAMES_PER_TERM_SOUGHT).max(LEAST_HARMONICS_SOUGHT).min(most);
     let mut whole = clip.clone();
     let mut phase = steadied(clip, first);
     let mut trust = clip.seen.clone();
