@@ -23,15 +23,33 @@ const ZERO_PADDING: usize = 8;
 /// Below this many cycles in the clip lies drift (as for the verdict's spectrum).
 const LEAST_CYCLES: f64 = 0.75;
 
-/// The phase of each frame at the given frequency, cycles a frame, or at the clip's strongest one;
-/// periods, unwrapped.
-pub(super) fn track(clip: &Clip, frequency: Option<f64>) -> Vec<f64> {
-    let frequency = frequency.unwrap_or_else(|| strongest_frequency(clip));
-    let mut phase: Vec<f64> = (0..clip.frames()).map(|t| frequency * t as f64).collect();
-    for _ in 0..ROUNDS {
-        phase = corrected(clip, &phase, frequency);
+/// The phase of the strongest line.
+#[derive(Clone, Debug)]
+pub(super) struct Carrier {
+    /// Of each frame, periods, unwrapped. Frames that are not seen go on as the one before.
+    pub(super) phase: Vec<f64>,
+    /// The line's power about each frame over its mean, 0 where the frame is not seen: the inverse variance of a
+    /// phase goes with the power. Where the line fades the phase is anybody's.
+    pub(super) precision: Vec<f64>,
+}
+
+impl Carrier {
+    /// The same in periods twice as long.
+    pub(super) fn halved(&self) -> Self {
+        let phase = self.phase.iter().map(|p| p / 2.0).collect();
+        Self { phase, precision: self.precision.clone() }
     }
-    phase
+}
+
+/// The line at the given frequency, cycles a frame, or at the clip's strongest one.
+pub(super) fn track(clip: &Clip, frequency: Option<f64>) -> Carrier {
+    let frequency = frequency.unwrap_or_else(|| strongest_frequency(clip));
+    let phase = (0..clip.frames()).map(|t| frequency * t as f64).collect();
+    let mut carrier = Carrier { phase, precision: clip.seen.clone() };
+    for _ in 0..ROUNDS {
+        carrier = corrected(clip, &carrier.phase, frequency);
+    }
+    carrier
 }
 
 /// The frequency at which all components together have the largest amplitude, cycles a frame.
@@ -72,25 +90,28 @@ fn detrended(mut column: Vec<f64>) -> Vec<f64> {
 }
 
 /// `phase` plus what the components, combined coherently, say it is off.
-fn corrected(clip: &Clip, phase: &[f64], frequency: f64) -> Vec<f64> {
+fn corrected(clip: &Clip, phase: &[f64], frequency: f64) -> Carrier {
     let amplitudes: Vec<Vec<[f64; 2]>> =
         (0..clip.frames()).map(|t| local_amplitudes(clip, phase, t, frequency)).collect();
-    let direction = leading_direction(&amplitudes, clip.components);
+    let direction = leading_direction(&amplitudes, &clip.seen, clip.components);
     let mut last = 0.0;
-    phase
-        .iter()
-        .zip(&amplitudes)
-        .map(|(p, z)| {
+    let (phase, power): (Vec<f64>, Vec<f64>) = (phase.iter().zip(&clip.seen).zip(&amplitudes))
+        .map(|((p, seen), z)| {
             // The sum of conj(direction) · z.
             let (mut re, mut im) = (0.0, 0.0);
             for (d, z) in direction.iter().zip(z) {
                 re += d[0] * z[0] + d[1] * z[1];
                 im += d[0] * z[1] - d[1] * z[0];
             }
-            last += wrapped(im.atan2(re) - TAU * p - last);
-            p + last / TAU
+            if *seen > 0.0 {
+                last += wrapped(im.atan2(re) - TAU * p - last);
+            }
+            (p + last / TAU, seen * (re * re + im * im))
         })
-        .collect()
+        .unzip();
+    let mean = power.iter().sum::<f64>() / clip.seen.iter().sum::<f64>().max(1.0);
+    let precision = power.iter().map(|p| p / mean.max(f64::MIN_POSITIVE)).collect();
+    Carrier { phase, precision }
 }
 
 /// The complex amplitude of every component about frame `t`: near t the component is
@@ -122,12 +143,16 @@ fn local_amplitudes(clip: &Clip, phase: &[f64], t: usize, frequency: f64) -> Vec
         .collect()
 }
 
-/// The leading eigenvector of the Hermitian sum of z zᴴ over the frames, by way of the real
+/// The leading eigenvector of the Hermitian sum of z zᴴ over the seen frames, by way of the real
 /// symmetric matrix of twice the size.
-fn leading_direction(amplitudes: &[Vec<[f64; 2]>], components: usize) -> Vec<[f64; 2]> {
+fn leading_direction(
+    amplitudes: &[Vec<[f64; 2]>],
+    seen: &[f64],
+    components: usize,
+) -> Vec<[f64; 2]> {
     let n = components;
     let mut real = DMatrix::<f64>::zeros(2 * n, 2 * n);
-    for z in amplitudes {
+    for (z, _) in amplitudes.iter().zip(seen).filter(|(_, seen)| **seen > 0.0) {
         for i in 0..n {
             for j in 0..n {
                 let re = z[i][0] * z[j][0] + z[i][1] * z[j][1];

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::Clip;
-use crate::numeric::{Harmonics, likeliest_stiffness, median, smooth_path};
+use super::carrier::Carrier;
+use crate::numeric::{Harmonics, SpeedPrior, likeliest_prior, median, smooth_path};
 
 /// Most harmonics of the period that the series holds. The lines of the rigs' strides fall under
 /// the noise after the sixth to the tenth.
@@ -15,17 +16,37 @@ const HIGHEST_FREQUENCY: f64 = 0.45;
 /// Frames wanted for each unknown of a component's series.
 const FRAMES_PER_TERM: usize = 3;
 
+/// The same while the phase is sought: a series with a term for every three frames has learnt a third of their noise, of the phase
+/// it was fitted to, and so confirms that phase. (Of four real horses the one with most noise is .034 strides off instead of .053.)
+const FRAMES_PER_TERM_SOUGHT: usize = 6;
+
+/// Harmonics that even a short clip is given then, if its frames bear them at all: the first two of the step are the second and
+/// fourth of the stride.
+const LEAST_HARMONICS_SOUGHT: usize = 4;
+
 /// The first phase is smoothed over this many periods of the cycle that is fitted: a warp within
-/// each period would be taken over by the series and never be seen again. On walks seen at 20
-/// degrees of yaw, whose carrier is pulled about by the lines at half its frequency, this makes the
-/// difference between 10 degrees of phase and 1.
-const START_PERIODS: f64 = 2.0;
+/// a few periods would be taken over by the series and hardly be seen again, since a series fitted to a wrong phase
+/// confirms it. Over two periods, a real horse's phase that slips where its line fades stays wrong; over eight, the
+/// phase of the rigs' steady clips is three times as good as over two, and one that drifts by an eighth is found as well.
+const START_PERIODS: f64 = 8.0;
+
+/// In this many periods the speed of the first phase returns to its mean, where nothing is seen.
+const START_MEMORY_PERIODS: f64 = 4.0;
 
 /// Rounds of the fit; the phase moves by less than a thousandth of a cycle after the fourth.
 const ROUNDS: usize = 8;
 
-/// Rounds in which the stiffness is chosen anew; then it is kept, so that the fit settles.
-const STIFFNESS_ROUNDS: usize = 4;
+/// Rounds in which the speed's prior is chosen anew; then it is kept, so that the fit settles.
+const PRIOR_ROUNDS: usize = 4;
+
+/// The most that the speed wanders about its mean, standard deviation as a share of it, and how often that is halved
+/// for less. With half as much, strides that vary by a tenth (one deviation) are followed half as well; with twice as much the phase
+/// of the rigs' unsteady clips is worse throughout, since what the frames of one step have wrong in common counts as often as there are frames.
+const MOST_WANDER: f64 = 1.0 / 16.0;
+const WANDERS: u32 = 11;
+
+/// Periods in which the speed forgets that it was different: strides of unlike length, a drift over the clip, and between.
+const MEMORIES_PERIODS: [f64; 3] = [1.0, 4.0, 16.0];
 
 /// Largest correction of a phase in one round, cycles: further out the slope says nothing.
 const LARGEST_STEP: f64 = 0.06;
@@ -54,52 +75,61 @@ pub(super) struct Fitted {
     pub(super) residual_power: f64,
 }
 
-/// Number of harmonics that a clip can tell at this phase.
-fn order(clip: &Clip, phase: &[f64]) -> usize {
-    let turns = phase[phase.len() - 1] - phase[0];
-    let frequency = (turns / (phase.len() - 1) as f64).max(f64::MIN_POSITIVE);
-    let by_rate = (HIGHEST_FREQUENCY / frequency) as usize;
-    let by_frames = (clip.seen() / FRAMES_PER_TERM).saturating_sub(1) / 2;
+/// Number of harmonics that a clip can tell at this phase, with so many frames for each unknown.
+fn order(clip: &Clip, phase: &[f64], frames_per_term: usize) -> usize {
+    let by_rate = (HIGHEST_FREQUENCY / clip.speed(phase)) as usize;
+    let by_frames = (clip.seen() / frames_per_term).saturating_sub(1) / 2;
     MOST_HARMONICS.min(by_rate).min(by_frames).max(1)
 }
 
-/// `phase` with all that happens within a period taken out.
-fn steadied(clip: &Clip, phase: &[f64]) -> Vec<f64> {
-    let turns = phase[phase.len() - 1] - phase[0];
-    let period = (phase.len() - 1) as f64 / turns.max(f64::MIN_POSITIVE);
+/// The carrier's phase with all that happens within a few periods taken out.
+fn steadied(clip: &Clip, first: &Carrier) -> Vec<f64> {
+    let period = 1.0 / clip.speed(&first.phase);
     // Second differences with stiffness s let a wave of w radians a frame through by 1/(1 + s w⁴).
     let stiffness = (START_PERIODS * period / TAU).powi(4);
-    smooth_path(phase, &clip.seen, stiffness).values
+    let prior = SpeedPrior::of_stiffness(stiffness, START_MEMORY_PERIODS * period);
+    smooth_path(&first.phase, &first.precision, prior).values
 }
 
 /// Refines a first phase; `None` when the frames do not determine the series.
-pub(super) fn fit(clip: &Clip, first_phase: &[f64]) -> Option<Fitted> {
-    let order = order(clip, first_phase);
-    let mut phase = steadied(clip, first_phase);
+pub(super) fn fit(clip: &Clip, first: &Carrier) -> Option<Fitted> {
+    let most = order(clip, &first.phase, FRAMES_PER_TERM);
+    let sought =
+        order(clip, &first.phase, FRAMES_PER_TERM_SOUGHT).max(LEAST_HARMONICS_SOUGHT).min(most);
+    let mut whole = clip.clone();
+    let mut phase = steadied(clip, first);
     let mut trust = clip.seen.clone();
     let mut deviation = vec![0.0; phase.len()];
-    let mut stiffness = None;
-    let rate = (phase[phase.len() - 1] - phase[0]) / (phase.len() - 1) as f64;
+    let mut prior = None;
+    let priors = priors(clip.speed(&phase));
     for round in 0..ROUNDS {
-        let (series, noise) = series(clip, &phase, &trust, order)?;
-        trust = trusts(clip, &phase, &series, &noise);
-        let (measured, precision) = measurements(clip, &phase, &series, &noise, &trust);
-        if round < STIFFNESS_ROUNDS {
-            stiffness = likeliest_stiffness(&measured, &precision, &stiffnesses(rate));
+        let (series, noise) = series(&whole, &phase, &trust, sought)?;
+        whole = clip.restored(&phase, &series);
+        trust = trusts(&whole, &phase, &series, &noise);
+        let (measured, precision) = measurements(&whole, &phase, &series, &noise, &trust);
+        if round < PRIOR_ROUNDS {
+            prior = likeliest_prior(&measured, &precision, &priors);
         }
-        let path = smooth_path(&measured, &precision, stiffness?);
+        let path = smooth_path(&measured, &precision, prior?);
         phase = path.values;
         deviation = path.deviations;
     }
-    let (series, _) = self::series(clip, &phase, &trust, order)?;
-    let residual_power = misfit_power(clip, &phase, &series, &trust);
+    let order = order(clip, &phase, FRAMES_PER_TERM);
+    let (series, _) = self::series(&whole, &phase, &trust, order)?;
+    let residual_power = misfit_power(&whole, &phase, &series, &trust);
     Some(Fitted { phase, deviation, trust, series, residual_power })
 }
 
-/// Inverse variances of the phase's second difference: the speed changes by a share of itself,
-/// from 1/8000 to one half, from one period to the next.
-fn stiffnesses(rate: f64) -> Vec<f64> {
-    (0..13).map(|k| (f64::from(1_u32 << k) / (0.5 * rate * rate)).powi(2)).collect()
+/// How the speed, cycles a frame, may wander: by a sixteenth of itself down to a sixteen-thousandth, over one period to sixteen.
+fn priors(speed: f64) -> Vec<SpeedPrior> {
+    let wanders = (0..WANDERS).map(|halvings| MOST_WANDER / f64::from(1_u32 << halvings));
+    wanders
+        .flat_map(|share| MEMORIES_PERIODS.map(|periods| (share, periods)))
+        .map(|(share, periods)| SpeedPrior {
+            deviation: share * speed,
+            memory_steps: periods / speed,
+        })
+        .collect()
 }
 
 /// The series of the trusted frames, every harmonic drawn towards zero by the share of its power

@@ -12,8 +12,8 @@
 //!    only: the period is a step, and near and far legs differ. A back that bobs twice in the period
 //!    says that it is the stride ([`StrideEvidence`]).
 //! 3. *Cycle*: a Fourier series of all components over the stride and the phase that runs through
-//!    it are fitted in turns, the phase as the smoothest path (second differences) that explains
-//!    the frames, its stiffness chosen by its own evidence, frames that do not fit the cycle
+//!    it are fitted in turns, the phase as the likeliest path of a speed that wanders about its mean,
+//!    how far and how long chosen by its own evidence, frames that do not fit the cycle
 //!    weighted down.
 
 mod amplitude;
@@ -27,7 +27,7 @@ pub use segments::{Stretch, stretches};
 pub use stride::{Repeats, StrideEvidence};
 
 use crate::error::{Error, Result};
-use crate::numeric::{Coefficients, Harmonics};
+use crate::numeric::{Coefficients, Harmonics, slow_basis};
 
 /// What is known of the gait's left/right symmetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +39,21 @@ pub enum Symmetry {
     Symmetric,
     /// They do not.
     Asymmetric,
+}
+
+/// What is known of a clip beside its scores.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'a> {
+    /// Left and right.
+    pub symmetry: Symmetry,
+    /// The frequency to follow, repeats of the silhouette a frame; `None` takes the strongest.
+    pub repeats_a_frame: Option<f64>,
+    /// What is slow was taken out of the scores, from the first used frame to the last: their mean and cosines of up to
+    /// so many half cycles ([`slow_basis`]).
+    pub slow_half_cycles: Option<usize>,
+    /// Height of the back at places along it, frames × places, in any unit and from any height that stands still or
+    /// moves steadily: it tells two steps from one.
+    pub back: Option<&'a Coefficients>,
 }
 
 /// Fewest frames that a phase is measured of.
@@ -82,34 +97,31 @@ impl GaitPhase {
         symmetry: Symmetry,
         repeats_a_frame: Option<f64>,
     ) -> Result<Self> {
-        Self::measure_with_back(scores, variance_shares, used, symmetry, repeats_a_frame, None)
+        let known = Known { symmetry, repeats_a_frame, ..Known::default() };
+        Self::measure_knowing(scores, variance_shares, used, &known)
     }
 
-    /// The same with the height of the back at places along it, frames × places, in any unit and
-    /// from any height that stands still or moves steadily: it tells two steps from one.
+    /// The same with all else that may be known.
     ///
     /// # Errors
     /// As [`GaitPhase::measure`].
-    pub fn measure_with_back(
+    pub fn measure_knowing(
         scores: &Coefficients,
         variance_shares: &[f64],
         used: &[bool],
-        symmetry: Symmetry,
-        repeats_a_frame: Option<f64>,
-        back: Option<&Coefficients>,
+        known: &Known,
     ) -> Result<Self> {
         scores.check_finite()?;
-        let clip = Clip::new(scores, variance_shares, used);
+        let clip = Clip::new(scores, variance_shares, used, known.slow_half_cycles);
         let too_few = Error::TooFewMasks { frames: clip.seen() };
         if clip.seen() < LEAST_FRAMES || clip.power() <= 0.0 {
             return Err(too_few);
         }
-        let carrier = carrier::track(&clip, repeats_a_frame);
+        let carrier = carrier::track(&clip, known.repeats_a_frame);
         let Some(by_period) = cycle::fit(&clip, &carrier) else { return Err(too_few) };
-        let stride = StrideEvidence::weigh(&clip, &by_period, symmetry, back);
+        let stride = StrideEvidence::weigh(&clip, &by_period, known.symmetry, known.back);
         let fitted = if stride.repeats == Repeats::EveryStep {
-            let halved: Vec<f64> = carrier.iter().map(|p| p / 2.0).collect();
-            cycle::fit(&clip, &halved)
+            cycle::fit(&clip, &carrier.halved())
         } else {
             Some(by_period.clone())
         };
@@ -144,16 +156,24 @@ fn explained_share(clip: &Clip, fitted: &cycle::Fitted) -> f64 {
 }
 
 /// The curve whose phase is sought.
+#[derive(Clone)]
 struct Clip {
     components: usize,
     /// Frames × components, each about its mean and weighted by the root of its variance share.
     values: Vec<f64>,
     /// 1 for a frame that is seen, else 0.
     seen: Vec<f64>,
+    /// Orthonormal, one value a frame: what was taken out of the values because it is slow.
+    slow: Vec<Vec<f64>>,
 }
 
 impl Clip {
-    fn new(scores: &Coefficients, shares: &[f64], used: &[bool]) -> Self {
+    fn new(
+        scores: &Coefficients,
+        shares: &[f64],
+        used: &[bool],
+        slow_half_cycles: Option<usize>,
+    ) -> Self {
         let (frames, components) = (scores.frames(), scores.components());
         let seen: Vec<f64> = (0..frames)
             .map(|t| f64::from(u8::from(used.get(t).copied().unwrap_or(true))))
@@ -168,7 +188,26 @@ impl Clip {
                 values[t * components + c] = root * (v - mean);
             }
         }
-        Self { components, values, seen }
+        let slow = slow_half_cycles.map_or_else(Vec::new, |most| slow_over(&seen, most));
+        Self { components, values, seen, slow }
+    }
+
+    /// The clip with what the removal of the slow part took of a cycle given back: with B its orthonormal basis the
+    /// values are x − BBᵀx, so a cycle s leaves s − BBᵀs in them. At the ends, above all, that is no cycle.
+    fn restored(&self, phase: &[f64], series: &Harmonics) -> Self {
+        let mut whole = self.clone();
+        if self.slow.is_empty() {
+            return whole;
+        }
+        let cycle: Vec<_> = phase.iter().map(|p| series.at(*p).0).collect();
+        for slow in &self.slow {
+            for c in 0..self.components {
+                let along: f64 = slow.iter().zip(&cycle).map(|(b, s)| b * s[c]).sum();
+                let column = whole.values.iter_mut().skip(c).step_by(self.components);
+                column.zip(slow).for_each(|(v, b)| *v += along * b);
+            }
+        }
+        whole
     }
 
     fn frames(&self) -> usize {
@@ -177,6 +216,15 @@ impl Clip {
 
     fn seen(&self) -> usize {
         self.seen.iter().filter(|s| **s > 0.0).count()
+    }
+
+    /// Mean speed of a path, per frame, from the first seen frame to the last: what lies beyond is not told by anything.
+    fn speed(&self, path: &[f64]) -> f64 {
+        let seen = |s: &f64| *s > 0.0;
+        let first = self.seen.iter().position(seen).unwrap_or(0);
+        let last = self.seen.iter().rposition(seen).unwrap_or(0);
+        let speed = (path[last] - path[first]) / last.saturating_sub(first).max(1) as f64;
+        speed.max(f64::MIN_POSITIVE)
     }
 
     fn row(&self, t: usize) -> &[f64] {
@@ -190,6 +238,20 @@ impl Clip {
             .sum();
         sum / self.seen().max(1) as f64
     }
+}
+
+/// The mean and the cosines of up to so many half cycles from the first seen frame to the last, orthonormal over the seen ones.
+fn slow_over(seen: &[f64], half_cycles: usize) -> Vec<Vec<f64>> {
+    let frames: Vec<usize> = (0..seen.len()).filter(|t| seen[*t] > 0.0).collect();
+    let first = frames.first().copied().unwrap_or(0);
+    let times: Vec<usize> = frames.iter().map(|t| t - first).collect();
+    let span = times.last().map_or(0, |t| t + 1);
+    let spread = |values: Vec<f64>| {
+        let mut all = vec![0.0; seen.len()];
+        frames.iter().zip(values).for_each(|(t, v)| all[*t] = v);
+        all
+    };
+    slow_basis(&times, span, half_cycles).into_iter().map(spread).collect()
 }
 
 #[cfg(test)]

@@ -84,7 +84,7 @@ pub struct StrideEvidence {
 
 impl StrideEvidence {
     /// Weighs the evidence of a clip whose period is fitted; `back` as in
-    /// [`GaitPhase::measure_with_back`](super::GaitPhase::measure_with_back).
+    /// [`Known::back`](super::Known::back).
     pub(super) fn weigh(
         clip: &Clip,
         fitted: &Fitted,
@@ -138,7 +138,7 @@ struct OddLines {
 /// Power of what the period's series leaves, at odd multiples of half its frequency, and what
 /// noise would give: the mean of the power at places between all lines.
 fn odd_lines(clip: &Clip, fitted: &Fitted) -> OddLines {
-    let mut rest = clip.values.clone();
+    let mut rest = clip.restored(&fitted.phase, &fitted.series).values;
     for (t, row) in rest.chunks_exact_mut(clip.components).enumerate() {
         let (value, _) = fitted.series.at(fitted.phase[t]);
         for (x, v) in row.iter_mut().zip(value.iter()) {

@@ -37,7 +37,7 @@ pub use monotone::rising_fit;
 pub use periodic::{Harmonics, PeriodicCubic};
 pub use phase::{CyclePhase, wrapped};
 pub use rhythm::{dominant_frequency, line_frequency, slow_basis};
-pub use smooth_path::{SmoothPath, likeliest_stiffness, smooth_path};
+pub use smooth_path::{SmoothPath, SpeedPrior, likeliest_prior, smooth_path};
 pub use statistics::{
     correlation, mean, median, robust_deviation, standard_deviation, standardized,
 };

@@ -145,7 +145,7 @@ fn analyse_usable(
     };
     let repeats = drift.filter(|d| d.removed).map(|d| d.repeats_a_frame);
     let back = windows.back_rows_px(&used);
-    let gait = measure_phase(&all, &used, &frames, settings.gait, repeats, back.as_ref());
+    let gait = measure_phase(&all, &used, &frames, settings.gait, drift, back.as_ref());
     let pca = all.leading(components);
     let bad = frames.len() - good.len();
     let counts = MaskCounts { frames: frames.len(), bad, flagged, uncertain };

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::bridge::bridged;
-use crate::gait::{GaitPhase, Repeats, Symmetry};
+use super::drift::ShapeDrift;
+use crate::gait::{GaitPhase, Known, Repeats, Symmetry};
 use crate::image_pca::ImagePca;
 use crate::numeric::Coefficients;
 use crate::spectrum::{Gait, StrideBasis};
@@ -11,13 +12,13 @@ use crate::spectrum::{Gait, StrideBasis};
 /// Repeats of the silhouette that a clip must hold for its phase to mean anything.
 const LEAST_REPEATS: f64 = 1.5;
 
-/// The gait phase of some frames, where they are enough for one.
+/// The gait phase of some frames, where they are enough for one. `drift` is what was found to change slowly.
 pub(super) fn measure_phase(
     pca: &ImagePca,
     used: &[bool],
     frames: &Range<usize>,
     gait: Gait,
-    repeats_a_frame: Option<f64>,
+    drift: Option<ShapeDrift>,
     back: Option<&Coefficients>,
 ) -> Option<GaitPhase> {
     let symmetry = match gait.is_symmetric() {
@@ -29,15 +30,14 @@ pub(super) fn measure_phase(
     let used = &used[frames.clone()];
     let back = back.map(|rows| rows.rows(frames.clone()));
     let shares = pca.variance_shares();
-    let found = GaitPhase::measure_with_back(
-        &scores,
-        &shares,
-        used,
+    let removed = drift.filter(|d| d.removed);
+    let known = Known {
         symmetry,
-        repeats_a_frame,
-        back.as_ref(),
-    )
-    .ok()?;
+        repeats_a_frame: removed.map(|d| d.repeats_a_frame),
+        slow_half_cycles: removed.map(|d| d.half_cycles),
+        back: back.as_ref(),
+    };
+    let found = GaitPhase::measure_knowing(&scores, &shares, used, &known).ok()?;
     let repeats = scores.frames() as f64 / found.repeat_frames;
     (repeats >= LEAST_REPEATS).then_some(found)
 }
