@@ -14,7 +14,14 @@ export interface Settings {
   source: { foreground: Rectangle | null; background: Rectangle | null; from: string | null };
   analysis: { gait: string };
   keys: { count: number; partners: boolean; include: number[]; partner_of: [number, number][] };
-  animation: { method: string; mirror: string; fps: number; retime: number; loop_strides: number };
+  animation: {
+    method: string;
+    mirror: string;
+    amplitude: boolean;
+    fps: number;
+    retime: number;
+    loop_strides: number;
+  };
   feet: { plant: boolean; root: string };
   poses: { rig: string | null; pose: PoseOfKey[] };
 }

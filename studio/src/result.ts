@@ -54,6 +54,7 @@ function wishes(): HTMLElement[] {
   return [
     choice("Between the poses", animation.method, METHODS, set("animation.method")),
     choice("Poses also with left and right exchanged", animation.mirror, MIRROR, set("animation.mirror")),
+    checkbox("Poses grow and shrink as the strides do", animation.amplitude, set("animation.amplitude")),
     h(
       "div",
       { className: "row two" },

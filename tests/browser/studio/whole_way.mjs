@@ -215,6 +215,13 @@ async function poses(given) {
 async function result() {
   const { page } = stage;
   await step("result");
+  for (const wanted of [false, true]) {
+    const answered = page.waitForResponse((answer) => answer.request().method() !== "GET");
+    await page.click("label.check:has-text('grow and shrink')");
+    await answered;
+    await page.waitForTimeout(200);
+    assert.equal((await state(SHOT)).settings.animation.amplitude, wanted);
+  }
   await work("#animate", "animate");
   await page.waitForSelector("a[download='animation.glb']");
   await page.waitForTimeout(500);
