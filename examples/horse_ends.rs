@@ -11,10 +11,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use anyhow::Context;
-use muybridge::keys::KeySettings;
 use muybridge::mask::Mask;
-use muybridge::pipeline::{OverPhase, Trends, analyse_masks, keys_by_phase, phase_weights};
-use muybridge::spectrum::{Gait, Settings};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -24,7 +21,7 @@ use common::option;
 
 #[path = "support/horse.rs"]
 mod horse;
-use horse::{FPS, KEYS, Legs, Part, Scale, phase_rms, read, read_masks};
+use horse::{Legs, Part, Scale, analysed, keyed, phase_rms, read, read_masks};
 
 /// Most frames that are left away at an end.
 const MOST_CUT: usize = 12;
@@ -175,21 +172,16 @@ fn measure(
     masks: &[Mask],
     truth: &[f64],
 ) -> anyhow::Result<Option<Figures>> {
-    let settings = Settings { gait: Gait::Walk, ..Settings::default() };
-    let found = analyse_masks(masks, FPS, 5, Trends::default(), &settings)?;
-    let Some(phase) = found.phase_table() else { return Ok(None) };
+    let Some(phase) = analysed(masks)?.phase_table() else { return Ok(None) };
     let cut: Vec<Part> = parts
         .iter()
         .map(|p| Part { name: p.name.clone(), at: p.at[frames.clone()].to_vec() })
         .collect();
     let legs = Legs::of(&cut, Scale::Steady);
-    let wanted = KeySettings { keys: KEYS, exclude: legs.unsure(), ..KeySettings::default() };
-    let keys = keys_by_phase(&phase, &wanted, false)?.frames;
-    let weights = phase_weights(&phase, &keys, OverPhase::default())?;
-    let rows: Vec<Vec<f64>> = (0..masks.len()).map(|t| weights.row(t).to_vec()).collect();
+    let (keys, weights) = keyed(&phase, &legs, 0.0)?;
     Ok(Some(Figures {
         phase_rms: phase_rms(&truth[frames], &phase.stride_cycles),
-        error_share: legs.error(&keys, &rows) / legs.mean_error(),
+        error_share: legs.error(&keys, &weights) / legs.mean_error(),
     }))
 }
 
@@ -204,8 +196,7 @@ fn main() -> anyhow::Result<()> {
     for pair in pairs.chunks_exact(2) {
         let parts = read(Path::new(&pair[0]))?;
         let masks = read_masks(Path::new(&pair[1]), parts.first().map_or(0, |p| p.at.len()))?;
-        let settings = Settings { gait: Gait::Walk, ..Settings::default() };
-        let whole = analyse_masks(&masks, FPS, 5, Trends::default(), &settings)?;
+        let whole = analysed(&masks)?;
         let gait = whole.gait.context("no gait phase")?;
         let seen: Vec<usize> = (0..masks.len()).filter(|t| whole.used[*t]).collect();
         let truth = Legs::of(&parts, Scale::Steady).own_phase(gait.stride_frames())?.stride_cycles;

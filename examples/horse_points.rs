@@ -17,17 +17,16 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use muybridge::keys::KeySettings;
 use muybridge::mask::Mask;
-use muybridge::pipeline::{OverPhase, Trends, analyse_masks, keys_by_phase, phase_weights};
-use muybridge::spectrum::{Gait, Settings};
 
 #[path = "common/mod.rs"]
 mod common;
 
 #[path = "support/horse.rs"]
 mod horse;
-use horse::{FPS, KEYS, LEAST_LIKELIHOOD, Legs, Part, Scale, part, phase_rms, read, read_masks};
+use horse::{
+    LEAST_LIKELIHOOD, Legs, Part, Scale, analysed, keyed, part, phase_rms, read, read_masks,
+};
 
 /// Width of the sketch, pixels, and the radius of its strokes.
 const SKETCH_WIDTH: f64 = 480.0;
@@ -55,8 +54,7 @@ fn main() -> anyhow::Result<()> {
         Some(folder) => read_masks(Path::new(folder), frames)?,
         None => sketched(&parts, frames),
     };
-    let settings = Settings { gait: Gait::Walk, ..Settings::default() };
-    let found = analyse_masks(&masks, FPS, 5, Trends::default(), &settings)?;
+    let found = analysed(&masks)?;
     let Some(gait) = &found.gait else { bail!("no gait phase") };
     println!(
         "{frames} frames, stride {:.2} frames, {} (odd lines {:.3}, at most {:.3}), {:.0} % explained by the cycle, {} masks used",
@@ -69,12 +67,9 @@ fn main() -> anyhow::Result<()> {
     );
     let Some(phase) = found.phase_table() else { bail!("no gait phase") };
     let legs = Legs::of(&parts, Scale::Steady);
-    let wanted = KeySettings { keys: KEYS, exclude: legs.unsure(), ..KeySettings::default() };
-    let chosen = keys_by_phase(&phase, &wanted, false)?;
-    let weights =
-        phase_weights(&phase, &chosen.frames, OverPhase { ridge, ..OverPhase::default() })?;
+    let (keys, weights) = keyed(&phase, &legs, ridge)?;
     println!("the view drifts: {}", phase.drifts());
-    println!("keys {:?}", chosen.frames);
+    println!("keys {keys:?}");
     let mean = legs.mean_error();
     let report = |what: &str, error: f64| {
         println!(
@@ -82,10 +77,9 @@ fn main() -> anyhow::Result<()> {
             error / mean
         );
     };
-    let rows: Vec<Vec<f64>> = (0..frames).map(|t| weights.row(t).to_vec()).collect();
-    report("leg points from the keys", legs.error(&chosen.frames, &rows));
+    report("leg points from the keys", legs.error(&keys, &weights));
     let nearest = Legs::of(&parts, Scale::Nearest);
-    let (error, of) = (nearest.error(&chosen.frames, &rows), nearest.mean_error());
+    let (error, of) = (nearest.error(&keys, &weights), nearest.mean_error());
     println!(
         "the same in units of the five nearest distances: {:.2} of the mean pose's {of:.4}",
         error / of

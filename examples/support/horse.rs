@@ -6,9 +6,15 @@ use std::path::Path;
 
 use anyhow::Context;
 use muybridge::gait::{GaitPhase, Symmetry};
-use muybridge::interpolate::weights_over_phase;
+use muybridge::interpolate::{Weights, weights_over_phase};
+use muybridge::keys::KeySettings;
 use muybridge::mask::Mask;
 use muybridge::numeric::{Coefficients, Harmonics};
+use muybridge::pipeline::{
+    MaskAnalysis, OverPhase, Trends, analyse_masks, keys_by_phase, phase_weights,
+};
+use muybridge::shot::PhaseTable;
+use muybridge::spectrum::{Gait, Settings};
 
 use crate::common::median;
 
@@ -35,6 +41,24 @@ pub(crate) fn read_masks(folder: &Path, frames: usize) -> anyhow::Result<Vec<Mas
             Ok(Mask::from_image_bytes(&path, &std::fs::read(&path)?)?)
         })
         .collect()
+}
+
+/// What the masks say of a horse that is known to walk.
+pub(crate) fn analysed(masks: &[Mask]) -> anyhow::Result<MaskAnalysis> {
+    let settings = Settings { gait: Gait::Walk, ..Settings::default() };
+    Ok(analyse_masks(masks, FPS, 5, Trends::default(), &settings)?)
+}
+
+/// The keys that the tool chooses among the frames whose pose can be told, and their weights.
+pub(crate) fn keyed(
+    phase: &PhaseTable,
+    legs: &Legs,
+    ridge: f64,
+) -> anyhow::Result<(Vec<usize>, Weights)> {
+    let wanted = KeySettings { keys: KEYS, exclude: legs.unsure(), ..KeySettings::default() };
+    let keys = keys_by_phase(phase, &wanted, false)?.frames;
+    let weights = phase_weights(phase, &keys, OverPhase { ridge, ..OverPhase::default() })?;
+    Ok((keys, weights))
 }
 
 /// The leg points, relative to the withers.
@@ -100,8 +124,8 @@ impl Legs {
         sum / count as f64
     }
 
-    pub(crate) fn error(&self, keys: &[usize], weights: &[Vec<f64>]) -> f64 {
-        self.mean_distance(keys, |point, t| predicted(point, keys, &weights[t]))
+    pub(crate) fn error(&self, keys: &[usize], weights: &Weights) -> f64 {
+        self.mean_distance(keys, |point, t| predicted(point, keys, weights.row(t)))
     }
 
     pub(crate) fn mean_error(&self) -> f64 {
@@ -142,9 +166,7 @@ impl Legs {
     }
 
     fn error_over(&self, cycles: &[f64], keys: &[usize]) -> anyhow::Result<f64> {
-        let weights = weights_over_phase(cycles, &[], keys)?;
-        let rows: Vec<Vec<f64>> = (0..self.frames).map(|t| weights.row(t).to_vec()).collect();
-        Ok(self.error(keys, &rows))
+        Ok(self.error(keys, &weights_over_phase(cycles, &[], keys)?))
     }
 
     /// Frames nearest to evenly spaced phases, from the given offset of sixteen.

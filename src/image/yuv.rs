@@ -4,6 +4,8 @@
 //! looked up. What its red, green and blue are is defined here and nowhere else: the same on every
 //! machine, whatever the decoding program would make of it.
 
+use std::borrow::Cow;
+
 use super::Picture;
 
 /// Binary digits behind the point of the conversion's coefficients. Rounding them moves a channel by
@@ -212,7 +214,16 @@ impl Frame {
         }
     }
 
-    /// The frame in red, green and blue.
+    /// The frame in red, green and blue; only what is stored otherwise is converted.
+    #[must_use]
+    pub fn rgb(&self) -> Cow<'_, Picture> {
+        match self {
+            Self::Rgb(picture) => Cow::Borrowed(picture),
+            Self::Yuv(picture) => Cow::Owned(picture.to_rgb()),
+        }
+    }
+
+    /// The same, of a frame that is not needed any longer.
     #[must_use]
     pub fn into_rgb(self) -> Picture {
         match self {

@@ -29,19 +29,24 @@ impl SpeedPrior {
     /// The one whose speed changes from step to step with inverse variance `stiffness`, beside what it forgets.
     #[must_use]
     pub fn of_stiffness(stiffness: f64, memory_steps: f64) -> Self {
-        let fresh = -(-2.0 / memory_steps).exp_m1();
-        Self { deviation: (stiffness * fresh).powf(-0.5), memory_steps }
+        let unscaled = Self { deviation: 1.0, memory_steps };
+        Self { deviation: (stiffness * unscaled.fresh()).powf(-0.5), ..unscaled }
     }
 
     fn persistence(self) -> f64 {
         (-1.0 / self.memory_steps).exp()
     }
 
+    /// Share of the speed's variance that each step brings anew, 1 − ρ².
+    fn fresh(self) -> f64 {
+        -(-2.0 / self.memory_steps).exp_m1()
+    }
+
     /// ln det of the inverse covariance of all speeds about their mean: the first has 1/deviation², each change of the
     /// others 1/var e.
     fn log_determinant(self, speeds: usize) -> f64 {
-        let fresh = -(-2.0 / self.memory_steps).exp_m1();
-        -2.0 * speeds as f64 * self.deviation.ln() - speeds.saturating_sub(1) as f64 * fresh.ln()
+        -2.0 * speeds as f64 * self.deviation.ln()
+            - speeds.saturating_sub(1) as f64 * self.fresh().ln()
     }
 }
 
@@ -61,7 +66,7 @@ impl Pentadiagonal {
         let mut second = vec![0.0; n];
         let rho = prior.persistence();
         let start = prior.deviation.powi(-2);
-        let stiffness = start / -(-2.0 / prior.memory_steps).exp_m1();
+        let stiffness = start / prior.fresh();
         if n >= 2 {
             diagonal[0] += start;
             diagonal[1] += start;

@@ -143,15 +143,15 @@ fn analyse_usable(
         let gram = CentredGram::of_bands(&MaskBands::of(&good)?);
         drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?
     };
-    let repeats = drift.filter(|d| d.removed).map(|d| d.repeats_a_frame);
+    let removed = drift.filter(|d| d.removed);
     let back = windows.back_rows_px(&used);
-    let gait = measure_phase(&all, &used, &frames, settings.gait, drift, back.as_ref());
+    let gait = measure_phase(&all, &used, &frames, settings.gait, removed, back.as_ref());
     let pca = all.leading(components);
     let bad = frames.len() - good.len();
     let counts = MaskCounts { frames: frames.len(), bad, flagged, uncertain };
     let span_scores = bridged(&pca.scores, &used[seen.first..seen.first + seen.span()]);
     let shares = pca.variance_shares();
-    let rhythm_hz = repeats.map(|r| r * fps);
+    let rhythm_hz = removed.map(|d| d.repeats_a_frame * fps);
     let mut spectral = spectrum::analyse(&span_scores, &shares, fps, counts, settings, rhythm_hz)?;
     spectral.band_passed = held(&spectral.band_passed, seen.first, masks.len());
     if let Some(gait) = &gait {

@@ -76,7 +76,7 @@ pub(super) fn from_footage(shot: &Shot, corrected: &[PathBuf], work: &mut Work) 
             let segmenter = match &mut segmenter {
                 Some(segmenter) => segmenter,
                 none => none.insert(ClipSegmenter::new(
-                    &first.clone().into_rgb(),
+                    &first.rgb(),
                     rectangles.0,
                     rectangles.1,
                     shot.fps(),
@@ -148,8 +148,7 @@ fn segment_by_colour(
         let segmenter = match &mut started {
             Some(started) => started,
             none => {
-                let first = first.clone().into_rgb();
-                none.insert(Segmenter::new(&first, rectangles.0, rectangles.1, settings)?)
+                none.insert(Segmenter::new(&first.rgb(), rectangles.0, rectangles.1, settings)?)
             }
         };
         let parts: Vec<_> = frames.par_iter().map(|frame| segmenter.parts(frame)).collect();

@@ -12,13 +12,13 @@ use crate::spectrum::{Gait, StrideBasis};
 /// Repeats of the silhouette that a clip must hold for its phase to mean anything.
 const LEAST_REPEATS: f64 = 1.5;
 
-/// The gait phase of some frames, where they are enough for one. `drift` is what was found to change slowly.
+/// The gait phase of some frames, where they are enough for one. `removed` is the slow change that was taken out of them.
 pub(super) fn measure_phase(
     pca: &ImagePca,
     used: &[bool],
     frames: &Range<usize>,
     gait: Gait,
-    drift: Option<ShapeDrift>,
+    removed: Option<ShapeDrift>,
     back: Option<&Coefficients>,
 ) -> Option<GaitPhase> {
     let symmetry = match gait.is_symmetric() {
@@ -30,7 +30,6 @@ pub(super) fn measure_phase(
     let used = &used[frames.clone()];
     let back = back.map(|rows| rows.rows(frames.clone()));
     let shares = pca.variance_shares();
-    let removed = drift.filter(|d| d.removed);
     let known = Known {
         symmetry,
         repeats_a_frame: removed.map(|d| d.repeats_a_frame),

@@ -11,11 +11,10 @@ use crate::image::{Frame, Picture, YuvPicture};
 pub(super) fn sized(frame: &Frame, size: (usize, usize)) -> Cow<'_, Picture> {
     match frame {
         Frame::Rgb(picture) => sized_picture(picture, size),
-        Frame::Yuv(stored) => {
-            let whole = (stored.width(), stored.height());
-            let small = if whole == size { None } else { reduced_stored(stored, size) };
-            Cow::Owned(small.unwrap_or_else(|| stored.to_rgb()))
+        Frame::Yuv(stored) if (stored.width(), stored.height()) != size => {
+            reduced_stored(stored, size).map_or_else(|| frame.rgb(), Cow::Owned)
         }
+        Frame::Yuv(_) => frame.rgb(),
     }
 }
 
