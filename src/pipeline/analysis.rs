@@ -58,6 +58,10 @@ pub struct MaskAnalysis {
 /// tell near legs from far ones are often in none of the first five.
 const PHASE_COMPONENTS: usize = 16;
 
+/// Share of what is left of the silhouettes that a phase must explain which is found only with the drift gone: of
+/// animals that stand and breathe it explains up to .29, of the horses and the fox that need this .36 to .8.
+const LEAST_EXPLAINED: f64 = 0.32;
+
 impl MaskAnalysis {
     /// The windows of the masks that entered the PCA.
     #[must_use]
@@ -138,14 +142,12 @@ fn analyse_usable(
         MaskBands::of(&windows.masks.iter().collect::<Vec<_>>())?;
     }
     let seen = Seen::of(&used);
-    let (all, drift) = {
-        // The largest thing there is of a long clip: gone before anything else is made.
-        let gram = CentredGram::of_bands(&MaskBands::of(&good)?);
-        drift::fit(&gram, &seen.times, components.max(PHASE_COMPONENTS), trends.shape)?
-    };
-    let removed = drift.filter(|d| d.removed);
     let back = windows.back_rows_px(&used);
-    let gait = measure_phase(&all, &used, &frames, settings.gait, removed, back.as_ref());
+    let phase = |pca: &ImagePca, removed| {
+        measure_phase(pca, &used, &frames, settings.gait, removed, back.as_ref())
+    };
+    let (all, drift, gait) = components_and_phase(&good, &seen.times, components, trends, &phase)?;
+    let removed = drift.filter(|d| d.removed);
     let pca = all.leading(components);
     let bad = frames.len() - good.len();
     let counts = MaskCounts { frames: frames.len(), bad, flagged, uncertain };
@@ -194,6 +196,33 @@ fn analyse_usable(
         segments,
     };
     Ok((found, all))
+}
+
+/// The components of the masks, whether a drift was removed from them, and the phase by them.
+///
+/// Where no phase is found it may be a drift that hides it, whether PC1 is that drift or not: a cycle as long as the
+/// clip explains every clip. So it is looked for once more with the drift gone, if there is a rhythm beside it.
+fn components_and_phase(
+    masks: &[&CroppedMask],
+    times: &[usize],
+    components: usize,
+    trends: Trends,
+    phase: &dyn Fn(&ImagePca, Option<ShapeDrift>) -> Option<GaitPhase>,
+) -> Result<(ImagePca, Option<ShapeDrift>, Option<GaitPhase>)> {
+    let components = components.max(PHASE_COMPONENTS);
+    // The largest thing there is of a long clip: gone when this returns.
+    let gram = CentredGram::of_bands(&MaskBands::of(masks)?);
+    let (plain, drift) = drift::fit(&gram, times, components, trends.shape)?;
+    let gait = phase(&plain, drift.filter(|d| d.removed));
+    if gait.is_none()
+        && trends.shape == TrendRemoval::Auto
+        && let Some((left, drift)) = drift::fit_rhythm(&gram, &plain, times, components)
+        && let Some(gait) = phase(&left, Some(drift))
+        && gait.explained_share >= LEAST_EXPLAINED
+    {
+        return Ok((left, Some(drift), Some(gait)));
+    }
+    Ok((plain, drift, gait))
 }
 
 /// A clip's masks and what is wanted of them.

@@ -26,7 +26,7 @@ const LEADING_SHARE: f64 = 0.5;
 /// removed: of fewer, the drift may be the gait, and the rhythm its harmonic.
 const LEAST_REPEATS: f64 = 3.0;
 
-/// Least share of the silhouettes' variance that is worth removing; of four horses that walk past a
+/// Least share of the silhouettes' variance that is worth removing where the phase can be measured without; of four horses that walk past a
 /// fixed camera it is .23 to .41.
 const LEAST_SHARE: f64 = 0.15;
 
@@ -68,11 +68,44 @@ pub(super) fn fit(
     if removal == TrendRemoval::Off {
         return Ok((plain, None));
     }
-    let leads = slow_share(&plain, times, span) >= LEADING_SHARE
-        && rhythm(&plain, times) * span as f64 >= LEAST_REPEATS;
+    let leads = slow_share(&plain, times, span) >= LEADING_SHARE && repeats_enough(&plain, times);
     if removal == TrendRemoval::Auto && !leads {
         return Ok((plain, None));
     }
+    let (left, drift) = parted(gram, &plain, times, components);
+    if removal == TrendRemoval::On || drift.share >= LEAST_SHARE {
+        return Ok((left, Some(ShapeDrift { removed: true, ..drift })));
+    }
+    Ok((plain, Some(drift)))
+}
+
+/// The PCA without what is slow, for a clip in which no phase was found with it: PC1 need not be the drift, a cycle as
+/// long as the clip explains everything. `None` where too little repeats in the clip.
+pub(super) fn fit_rhythm(
+    gram: &CentredGram,
+    plain: &ImagePca,
+    times: &[usize],
+    components: usize,
+) -> Option<(ImagePca, ShapeDrift)> {
+    repeats_enough(plain, times).then(|| {
+        let (left, drift) = parted(gram, plain, times, components);
+        (left, ShapeDrift { removed: true, ..drift })
+    })
+}
+
+fn repeats_enough(plain: &ImagePca, times: &[usize]) -> bool {
+    let span = times.last().map_or(0, |t| t + 1);
+    rhythm(plain, times) * span as f64 >= LEAST_REPEATS
+}
+
+/// What repeats, apart from what is slow beside it, and what that is; not yet said to be removed.
+fn parted(
+    gram: &CentredGram,
+    plain: &ImagePca,
+    times: &[usize],
+    components: usize,
+) -> (ImagePca, ShapeDrift) {
+    let span = times.last().map_or(0, |t| t + 1);
     // From above: a slow part cannot win by what leaks from it, and where the stride and the step both
     // show, the step is found.
     let mut repeats = FASTEST_REPEATS;
@@ -88,10 +121,8 @@ pub(super) fn fit(
         repeats = rhythm(&left, times);
     }
     let share = 1.0 - left.total_variance / plain.total_variance;
-    let removed = removal == TrendRemoval::On || share >= LEAST_SHARE;
     let repeats_a_frame = refined(&left, times, span, half_cycles, repeats);
-    let drift = ShapeDrift { share, half_cycles, repeats_a_frame, removed };
-    Ok((if removed { left } else { plain }, Some(drift)))
+    (left, ShapeDrift { share, half_cycles, repeats_a_frame, removed: false })
 }
 
 /// The PCA without what `half_cycles` half cycles and fewer span.
@@ -177,6 +208,24 @@ mod tests {
         };
         let power = swing(0.0).hypot(swing(TAU / 4.0)) / 25.0;
         assert!(power > 1.3, "amplitude {power} of √2");
+    }
+
+    #[test]
+    fn a_rhythm_is_looked_for_beside_a_drift_that_does_not_lead_unless_hardly_anything_repeats() {
+        let apart = |frames: usize, drift: f64| {
+            let masks = clip(frames, drift);
+            let gram = CentredGram::of(&Changes::of(&masks.iter().collect::<Vec<_>>()).unwrap());
+            let plain = ImagePca::of_gram(&gram, 6).unwrap();
+            let times: Vec<usize> = (0..frames).collect();
+            assert!(slow_share(&plain, &times, frames) < LEADING_SHARE || frames < 27);
+            fit_rhythm(&gram, &plain, &times, 6)
+        };
+        let (pca, drift) = apart(50, 4.0).unwrap();
+        assert!(drift.removed && (drift.repeats_a_frame * 9.0 - 1.0).abs() < 0.02, "{drift:?}");
+        assert!((pca.total_variance > 0.0) && drift.share < 0.5, "{drift:?}");
+        // Two and a half repeats, and of the drift alone none.
+        assert!(apart(22, 4.0).is_none());
+        assert!(apart(10, 24.0).is_none());
     }
 
     #[test]
