@@ -147,6 +147,28 @@ fn a_phase_that_something_slow_hides_is_found_without_it() {
     assert!(share < 0.15, "{share} of the mean pose's error");
 }
 
+/// From .6 to 1.4 of its mean speed within the clip: a phase that starts from an even speed slips (2.85 degrees), one
+/// that follows the speed does not.
+#[test]
+fn a_speed_that_more_than_doubles_within_the_clip_is_followed() {
+    let Some(data) = data_folder() else { return };
+    for (file, limit_deg) in [("quaternius_horse.glb", 0.8), ("quaternius_alpaca.glb", 1.05)] {
+        let unsteady = Unsteady { speed_drift: 0.8, ..Unsteady::default() };
+        let settings = Settings {
+            subject: Subject::Rig {
+                file: data.join("rigs").join(file),
+                clip: "AnimalArmature|Walk".to_owned(),
+            },
+            shooting: Shooting { unsteady, ..shooting(0.0) },
+            ..over_phase(8)
+        };
+        let found = validate(&settings, &|_, _| true).unwrap();
+        let phase_error = found.measured.as_ref().unwrap().phase_error_cycles;
+        assert!(phase_error < 0.005, "{file}: {phase_error} strides");
+        assert!(error_deg(&found) < limit_deg, "{file}: {} degrees", error_deg(&found));
+    }
+}
+
 /// Over the gait phase: the default method, told only whether the gait is symmetric. The whole table
 /// is in `docs/phase.md` (`cargo run --release --example phase_table`).
 #[test]
