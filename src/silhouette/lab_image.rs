@@ -116,11 +116,8 @@ impl LabImage {
     pub(super) fn picture(&self) -> Option<Picture> {
         let curve =
             |f: f32| if f > 6.0 / 29.0 { f.powi(3) } else { (f - 4.0 / 29.0) * 0.128_418_55 };
-        let code = |v: f32| {
-            let v = v.clamp(0.0, 1.0);
-            let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-            (255.0 * code + 0.5) as u8
-        };
+        let codes = &*CODES;
+        let code = |v: f32| codes.of(v);
         let rgb = (0..self.width * self.height)
             .flat_map(|at| {
                 let [l, a, b] = lab_of(self.at(at));
@@ -208,6 +205,53 @@ impl Kernel for Conversion<'_> {
     }
 }
 
+/// The sRGB code of linear light.
+fn srgb_code(v: f32) -> u8 {
+    let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * code + 0.5) as u8
+}
+
+/// Parts that linear light is divided into; in the dark, where codes lie closest, none holds more than two of them.
+const LIGHT_PARTS: usize = 4096;
+
+/// [`srgb_code`] without its power, which takes longer than all else of a pixel.
+struct Codes {
+    /// The code of the least light of each part.
+    first: Vec<u8>,
+    /// The least light of each code.
+    least: [f32; 256],
+}
+
+static CODES: LazyLock<Codes> = LazyLock::new(|| Codes {
+    first: (0..=LIGHT_PARTS).map(|at| srgb_code(at as f32 / LIGHT_PARTS as f32)).collect(),
+    least: std::array::from_fn(|code| {
+        // Between two numbers of single precision that are not negative lie those of the bits between.
+        let (mut below, mut above) = (0_u32, 1_f32.to_bits());
+        while below < above {
+            let middle = u32::midpoint(below, above);
+            if usize::from(srgb_code(f32::from_bits(middle))) < code {
+                below = middle + 1;
+            } else {
+                above = middle;
+            }
+        }
+        f32::from_bits(below)
+    }),
+});
+
+impl Codes {
+    /// Of light that is held between 0 and 1; of NaN 0.
+    #[inline]
+    fn of(&self, light: f32) -> u8 {
+        let light = light.clamp(0.0, 1.0);
+        let mut code = self.first[(light * LIGHT_PARTS as f32) as usize];
+        while code < 255 && light >= self.least[usize::from(code) + 1] {
+            code += 1;
+        }
+        code
+    }
+}
+
 struct Curves {
     linear: [f32; 256],
     curve: Vec<f32>,
@@ -272,6 +316,15 @@ pub(super) fn lab_curve(t: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn codes_are_those_of_the_curve_at_their_bounds_too() {
+        let bounds = CODES.least.iter().flat_map(|v| [v.next_down(), *v, v.next_up()]);
+        let even = (0..=100_000).map(|at| at as f32 / 100_000.0);
+        for light in bounds.chain(even).chain([-1.0, 0.0, 1.0, 2.0, f32::NAN]) {
+            assert_eq!(CODES.of(light), srgb_code(light.clamp(0.0, 1.0)), "{light}");
+        }
+    }
 
     #[test]
     fn half_the_size_is_the_mean_of_four() {

@@ -4,12 +4,15 @@ use nalgebra::Matrix3;
 
 use super::lab_image::{LabImage, Region};
 use super::plate::UNKNOWN;
-use super::warp_row::{COLUMNS, Line, Row, SPAN, STEPS};
+use super::warp_row::{Line, Row, SPAN, STEPS, Window};
 use crate::mask::Mask;
 use crate::numeric::{InstructionSet, Kernel};
 
 /// How far outside the other picture a point may lie, pixels: a camera at rest sees its border.
 const SLACK_PX: f32 = 0.01;
+
+/// Pixels about those a region looks at that are needed: the one after the last and what is read with it.
+const MARGIN_PX: f32 = 4.0;
 
 /// Depth of a pixel, about one, below which the perspective of a camera is no more than a fluke.
 const LEAST_DEPTH: f64 = 1e-3;
@@ -34,12 +37,6 @@ impl<'a> Source<'a> {
 
     pub(super) fn width(&self) -> usize {
         self.image.width()
-    }
-
-    /// Whether there are three rows of [`COLUMNS`] bytes from a pixel on.
-    #[inline]
-    pub(super) fn has_rows(&self, corner: usize) -> bool {
-        corner + 2 * self.width() + COLUMNS <= self.animal.len()
     }
 
     pub(super) fn planes(&self) -> [&[u8]; 4] {
@@ -70,6 +67,7 @@ impl Warped {
     fn seen_from(other: &Source, to_other: &Matrix3<f64>, region: Region) -> Self {
         let (w, pixels) = (region.width(), region.pixels());
         let way = Way::new(to_other, other, region);
+        let other = Window::of(other, way.seen(region));
         // L*, a*, b*, what is no background and what is outside.
         let mut planes: [Vec<u8>; 5] = std::array::from_fn(|_| vec![0; pixels]);
         let spans = w.div_ceil(SPAN);
@@ -79,15 +77,12 @@ impl Warped {
             way.places(region.left as f32, y as f32, &mut places);
             for (at, ends) in places.array_windows().enumerate() {
                 let first = ((region.left + at * SPAN) as f32, y as f32);
-                row.outside[at] = way.look(other, first, *ends, at, &mut row);
+                row.outside[at] = way.look(&other, first, *ends, at, &mut row);
             }
             let start = (y - region.top) * w;
             let [l, a, b, hidden, outside] =
                 planes.each_mut().map(|plane| &mut plane[start..start + w]);
-            row.interpolate(0, l);
-            row.interpolate(1, a);
-            row.interpolate(2, b);
-            row.interpolate(3, hidden);
+            row.interpolate([l, a, b, &mut *hidden]);
             outside.copy_from_slice(&row.outside.as_flattened()[..w]);
             // Of the animal's share all bits become that of 128.
             for (hidden, outside) in hidden.iter_mut().zip(outside) {
@@ -152,6 +147,30 @@ impl Way {
         }
     }
 
+    /// The part of the other picture in which the pixels of a region lie, and those about them.
+    fn seen(&self, region: Region) -> Region {
+        let ends = (self.last.0 as usize + 1, self.last.1 as usize + 1);
+        let all = Region { left: 0, top: 0, right: ends.0, bottom: ends.1 };
+        if !self.in_front {
+            return all;
+        }
+        // What lies in front of a camera keeps its corners about it.
+        let (left, right) = (region.left as f32, (region.right + SPAN) as f32);
+        let (top, bottom) = (region.top as f32, region.bottom as f32);
+        let corners = [(left, top), (right, top), (left, bottom), (right, bottom)];
+        let places = corners.map(|(x, y)| self.place(x, y));
+        let part = |along: fn((f32, f32)) -> f32, end: usize| {
+            let least = places.map(along).into_iter().fold(f32::INFINITY, f32::min);
+            let most = places.map(along).into_iter().fold(f32::NEG_INFINITY, f32::max);
+            // Casts are held to what there is. Two pixels at least, between which an edge's points lie.
+            let from = ((least - MARGIN_PX) as usize).min(end - 2);
+            (from, ((most + MARGIN_PX) as usize).clamp(from + 2, end))
+        };
+        let (left, right) = part(|p| p.0, ends.0);
+        let (top, bottom) = part(|p| p.1, ends.1);
+        Region { left, top, right, bottom }
+    }
+
     #[inline(always)]
     fn place(&self, x: f32, y: f32) -> (f32, f32) {
         let m = &self.m;
@@ -173,7 +192,7 @@ impl Way {
     #[inline(always)]
     fn look(
         &self,
-        other: &Source,
+        other: &Window,
         (x, y): (f32, f32),
         ends: [(f32, f32); 2],
         at: usize,
@@ -211,7 +230,7 @@ impl Way {
     #[cold]
     fn look_at(
         &self,
-        other: &Source,
+        other: &Window,
         (x, y): (f32, f32),
         point: (usize, usize),
         row: &mut Row,
@@ -223,12 +242,11 @@ impl Way {
             sx > -SLACK_PX && sy > -SLACK_PX && sx < last_x + SLACK_PX && sy < last_y + SLACK_PX;
         if inside {
             let (sx, sy) = (sx.clamp(0.0, last_x), sy.clamp(0.0, last_y));
-            let width = other.width();
-            let x0 = (sx as usize).min(width - 2);
-            let y0 = (sy as usize).min(other.image.height() - 2);
+            let x0 = (sx as usize).min(last_x as usize - 1);
+            let y0 = (sy as usize).min(last_y as usize - 1);
             let weight = |s: f32, low: usize| ((s - low as f32) * STEPS as f32 + 0.5) as u16;
             let weights = [weight(sx, x0), weight(sy, y0)];
-            row.gather_one(point, other, y0 * width + x0, weights);
+            row.gather_one(point, other, other.index(x0, y0), weights);
         }
         inside
     }
@@ -282,16 +300,19 @@ mod tests {
             let warped = Warped::of(&other, &m, region);
             let mut way = Way::new(&m, &other, region);
             way.in_front = false;
+            let window = Window::of(&other, way.seen(region));
             for y in 0..20 {
                 let ends = |x: usize| [x, x + SPAN].map(|x| way.place(x as f32, y as f32));
                 for x in [0, SPAN, 2 * SPAN] {
                     let mut row = Row::new(1);
-                    let none = way.look(&other, (x as f32, y as f32), ends(x), 0, &mut row);
-                    let mut seen = [0; SPAN];
-                    row.interpolate(1, &mut seen);
+                    let none = way.look(&window, (x as f32, y as f32), ends(x), 0, &mut row);
+                    let mut seen = [[0; SPAN]; 4];
+                    row.interpolate(seen.each_mut().map(|plane| &mut plane[..]));
                     let at = y * 24 + x;
                     prop_assert_eq!(&warped.outside[at..at + SPAN], &none);
-                    prop_assert_eq!(&warped.image.planes()[1][at..at + SPAN], &seen);
+                    for (plane, seen) in warped.image.planes().iter().zip(seen) {
+                        prop_assert_eq!(&plane[at..at + SPAN], &seen);
+                    }
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! A row of points between the pixels of another picture: gathered span by span, then interpolated all
 //! together.
 
+use super::lab_image::Region;
 use super::warp::Source;
 
 /// Steps a pixel is divided into for interpolation, each way, as a power of two: the product of two
@@ -21,69 +22,123 @@ pub(super) const SPAN: usize = 8;
 /// Columns that eight pixels look at, one of which may be one further right than its neighbours say.
 pub(super) const COLUMNS: usize = SPAN + 2;
 
-/// Eight pixels of a plane, the first in the lowest byte.
-type Bytes = u64;
+/// Two numbers of two bytes each for a pixel: L* and a*, b* and the animal, the first in the lower byte. All four are
+/// gathered and chosen from as one, as vectors.
+const LANES: usize = 2;
 
-/// The eight bytes from `at` on; nothing beyond the plane's end.
-#[inline(always)]
-fn eight(plane: &[u8], at: usize) -> Bytes {
-    let bytes = plane.get(at..at + SPAN).and_then(|bytes| bytes.first_chunk());
-    bytes.map_or(0, |bytes| Bytes::from_le_bytes(*bytes))
+/// A number for each lane of a span.
+type Lanes = [u16; LANES * SPAN];
+
+/// A part of another picture, its four planes in one.
+pub(super) struct Window {
+    region: Region,
+    pixels: Vec<u16>,
+}
+
+impl Window {
+    pub(super) fn of(other: &Source, region: Region) -> Self {
+        let mut pixels = vec![0; LANES * region.pixels()];
+        let rows = pixels.chunks_exact_mut((LANES * region.width()).max(1));
+        for (y, row) in (region.top..region.bottom).zip(rows) {
+            let at = y * other.width();
+            let part = at + region.left..at + region.right;
+            let [l, a, b, animal] = other.planes().map(|plane| &plane[part.clone()]);
+            let colours = l.iter().zip(a).zip(b.iter().zip(animal));
+            for (to, ((l, a), (b, animal))) in row.as_chunks_mut().0.iter_mut().zip(colours) {
+                *to = [u16::from_le_bytes([*l, *a]), u16::from_le_bytes([*b, *animal])];
+            }
+        }
+        Self { region, pixels }
+    }
+
+    /// Where the pixel at column `x` and row `y` of the picture is, which lies inside.
+    #[inline(always)]
+    pub(super) fn index(&self, x: usize, y: usize) -> usize {
+        (y - self.region.top) * self.region.width() + x - self.region.left
+    }
+
+    /// Whether there are three rows of [`COLUMNS`] pixels from a pixel on.
+    #[inline(always)]
+    fn has_rows(&self, corner: usize) -> bool {
+        LANES * (corner + 2 * self.region.width() + COLUMNS) <= self.pixels.len()
+    }
+
+    /// The eight pixels from `at` on; nothing beyond the end.
+    #[inline(always)]
+    fn eight(&self, at: usize) -> Lanes {
+        let lanes = self.pixels.get(LANES * at..LANES * (at + SPAN));
+        lanes.and_then(|lanes| lanes.first_chunk()).copied().unwrap_or_default()
+    }
 }
 
 /// What the points of a row lie between, span by span; the last span may reach beyond the region. All
 /// of a row is gathered first and interpolated then, which makes vectors of the latter.
 pub(super) struct Row {
-    /// Steps of the way from left to right and from top to bottom.
-    weights: [Vec<[u16; SPAN]>; 2],
-    /// Of L*, a*, b* and the animal the pixels above left, above right, below left and below right.
-    corners: [[Vec<[u8; SPAN]>; 4]; 4],
+    /// Steps of the way from left to right and from top to bottom, of each lane.
+    weights: [Vec<Lanes>; 2],
+    /// The pixels above left, above right, below left and below right.
+    corners: [Vec<Lanes>; 4],
+    /// What is interpolated between them.
+    between: Vec<Lanes>,
     /// 255 for points beside the other picture, else 0.
     pub(super) outside: Vec<[u8; SPAN]>,
 }
 
 impl Row {
     pub(super) fn new(spans: usize) -> Self {
-        let bytes = || vec![[0; SPAN]; spans];
+        let lanes = || vec![[0; LANES * SPAN]; spans];
         Self {
-            weights: std::array::from_fn(|_| vec![[0; SPAN]; spans]),
-            corners: std::array::from_fn(|_| std::array::from_fn(|_| bytes())),
-            outside: bytes(),
+            weights: [lanes(), lanes()],
+            corners: [lanes(), lanes(), lanes(), lanes()],
+            between: lanes(),
+            outside: vec![[0; SPAN]; spans],
         }
     }
 
-    /// Interpolates plane `which`. Differences may be less than zero; in the sum, modulo 2¹⁶, all is
-    /// paid back.
+    /// Interpolates the four planes, of which the first pixels are wanted. Differences may be less than zero; in the
+    /// sum, modulo 2¹⁶, all is paid back.
     #[inline(always)]
-    pub(super) fn interpolate(&self, which: usize, to: &mut [u8]) {
+    pub(super) fn interpolate(&mut self, to: [&mut [u8]; 4]) {
         let along = |from: u16, to: u16, f: u16| {
             (from << STEP_BITS).wrapping_add(to.wrapping_sub(from).wrapping_mul(f))
         };
-        let [above_left, above_right, below_left, below_right] =
-            self.corners[which].each_ref().map(|corner| corner.as_flattened().iter());
-        let [fx, fy] = self.weights.each_ref().map(|weights| weights.as_flattened().iter());
-        let left = above_left.zip(below_left).map(|(a, b)| (u16::from(*a), u16::from(*b)));
-        let right = above_right.zip(below_right).map(|(a, b)| (u16::from(*a), u16::from(*b)));
-        for (to, ((left, right), (fx, fy))) in to.iter_mut().zip(left.zip(right).zip(fx.zip(fy))) {
-            let (left, right) = (along(left.0, left.1, *fy), along(right.0, right.1, *fy));
+        let between = |[above, below]: [[u16; 2]; 2], fx: u16, fy: u16| {
+            let (left, right) = (along(above[0], below[0], fy), along(above[1], below[1], fy));
             // Half of 256: rounded.
-            *to = (along(left, right, *fx).wrapping_add(128) >> (2 * STEP_BITS)) as u8;
+            along(left, right, fx).wrapping_add(128) >> (2 * STEP_BITS)
+        };
+        let [above_left, above_right, below_left, below_right] =
+            self.corners.each_ref().map(|corner| corner.as_flattened().iter());
+        let [fx, fy] = self.weights.each_ref().map(|weights| weights.as_flattened().iter());
+        let corners = above_left.zip(above_right).zip(below_left.zip(below_right));
+        let all = self.between.as_flattened_mut().iter_mut().zip(corners.zip(fx.zip(fy)));
+        for (to, (((al, ar), (bl, br)), (fx, fy))) in all {
+            let low = between([[al & 255, ar & 255], [bl & 255, br & 255]], *fx, *fy);
+            let high = between([[al >> 8, ar >> 8], [bl >> 8, br >> 8]], *fx, *fy);
+            *to = low | high << 8;
+        }
+        let [l, a, b, animal] = to.map(|plane| plane.iter_mut());
+        let pixels = self.between.as_flattened().as_chunks::<LANES>().0;
+        for ((pixel, (l, a)), (b, animal)) in pixels.iter().zip(l.zip(a)).zip(b.zip(animal)) {
+            [*l, *a] = pixel[0].to_le_bytes();
+            [*b, *animal] = pixel[1].to_le_bytes();
         }
     }
 
     /// Gathers the points of span `at` that lies inside.
     #[inline(always)]
-    pub(super) fn gather(&mut self, at: usize, other: &Source, line: &Line) {
+    pub(super) fn gather(&mut self, at: usize, other: &Window, line: &Line) {
         let (from, to) = (line.pixel(0), line.pixel(SPAN as i32 - 1));
         // Beside steps of exactly one along a row, no pixel is off by more than the last is:
         // coordinates rise or fall all the way.
         let off = (to.0 - from.0 - (SPAN as i32 - 1), to.1 - from.1);
         // From the first pixel of all, which the last one may be left of or above of; at the
-        // picture's left side it may be missing.
+        // window's left side it may be missing.
         let least = (from.0 + off.0.min(0), from.1 + off.1.min(0));
-        let corner = least.1 as usize * other.width() + least.0.max(0) as usize;
-        let nearly = off.0.abs() <= 1 && off.1.abs() <= 1 && least.0 >= 0;
-        if off == (0, 0) {
+        let there = least.0 >= other.region.left as i32 && least.1 >= other.region.top as i32;
+        let nearly = off.0.abs() <= 1 && off.1.abs() <= 1 && there;
+        let corner = if there { other.index(least.0 as usize, least.1 as usize) } else { 0 };
+        if off == (0, 0) && there {
             self.gather_row(at, other, corner);
         } else if nearly && other.has_rows(corner) {
             self.gather_rows(at, other, corner, line.further(off, least));
@@ -92,57 +147,54 @@ impl Row {
             return;
         }
         let [along, across] = &mut self.weights;
-        for i in 0..SPAN {
-            along[at][i] = line.weight_x(i as i32);
-            across[at][i] = line.weight_y(i as i32);
+        for i in 0..LANES * SPAN {
+            along[at][i] = line.weight_x((i / LANES) as i32);
+            across[at][i] = line.weight_y((i / LANES) as i32);
         }
     }
 
     /// Eight pixels side by side.
     #[inline(always)]
-    fn gather_row(&mut self, at: usize, other: &Source, corner: usize) {
-        let below = corner + other.width();
-        for (corners, plane) in self.corners.iter_mut().zip(other.planes()) {
-            for (to, from) in corners.iter_mut().zip([corner, corner + 1, below, below + 1]) {
-                to[at] = eight(plane, from).to_le_bytes();
-            }
+    fn gather_row(&mut self, at: usize, other: &Window, corner: usize) {
+        let below = corner + other.region.width();
+        for (to, from) in self.corners.iter_mut().zip([corner, corner + 1, below, below + 1]) {
+            to[at] = other.eight(from);
         }
     }
 
     /// Eight pixels that lie side by side but for a column and a row that some are further than
-    /// others: `further`, 255 for one that is, 0 for one that is not, along and across. A camera that
+    /// others: `further`, all bits set for one that is, none for one that is not, along and across. A camera that
     /// turns or comes closer leaves most spans like this.
     #[inline(always)]
     fn gather_rows(
         &mut self,
         at: usize,
-        other: &Source,
+        other: &Window,
         corner: usize,
-        [along, across]: [Bytes; 2],
+        [along, across]: [Lanes; 2],
     ) {
-        let w = other.width();
-        let either = |here: Bytes, there: Bytes, mask: Bytes| here & !mask | there & mask;
-        for (corners, plane) in self.corners.iter_mut().zip(other.planes()) {
-            // Left and right neighbours of all eight in three rows, of which each needs two.
-            let [above, middle, below] = [0, 1, 2].map(|y| {
-                let [a, b, c] = [0, 1, 2].map(|x| eight(plane, corner + y * w + x));
-                [either(a, b, along), either(b, c, along)]
-            });
-            for x in 0..2 {
-                corners[x][at] = either(above[x], middle[x], across).to_le_bytes();
-                corners[2 + x][at] = either(middle[x], below[x], across).to_le_bytes();
-            }
+        let w = other.region.width();
+        let either = |here: &Lanes, there: &Lanes, mask: &Lanes| -> Lanes {
+            std::array::from_fn(|i| here[i] & !mask[i] | there[i] & mask[i])
+        };
+        // Left and right neighbours of all eight in three rows, of which each needs two.
+        let [above, middle, below] = [0, 1, 2].map(|y| {
+            let [a, b, c] = [0, 1, 2].map(|x| other.eight(corner + y * w + x));
+            [either(&a, &b, &along), either(&b, &c, &along)]
+        });
+        for x in 0..2 {
+            self.corners[x][at] = either(&above[x], &middle[x], &across);
+            self.corners[2 + x][at] = either(&middle[x], &below[x], &across);
         }
     }
 
     /// Eight pixels, wherever they are.
     #[cold]
-    fn gather_one_by_one(&mut self, at: usize, other: &Source, line: &Line) {
+    fn gather_one_by_one(&mut self, at: usize, other: &Window, line: &Line) {
         for i in 0..SPAN {
             let (x, y) = line.pixel(i as i32);
-            let corner = y as usize * other.width() + x as usize;
             let weights = [line.weight_x(i as i32), line.weight_y(i as i32)];
-            self.gather_one((at, i), other, corner, weights);
+            self.gather_one((at, i), other, other.index(x as usize, y as usize), weights);
         }
     }
 
@@ -150,24 +202,23 @@ impl Row {
     pub(super) fn gather_one(
         &mut self,
         (at, i): (usize, usize),
-        other: &Source,
+        other: &Window,
         corner: usize,
         weights: [u16; 2],
     ) {
-        let below = corner + other.width();
-        for (corners, plane) in self.corners.iter_mut().zip(other.planes()) {
-            for (to, from) in corners.iter_mut().zip([corner, corner + 1, below, below + 1]) {
-                to[at][i] = plane[from];
-            }
+        let lanes = LANES * i..LANES * (i + 1);
+        let below = corner + other.region.width();
+        for (to, from) in self.corners.iter_mut().zip([corner, corner + 1, below, below + 1]) {
+            to[at][lanes.clone()].copy_from_slice(&other.pixels[LANES * from..LANES * (from + 1)]);
         }
         for (to, weight) in self.weights.iter_mut().zip(weights) {
-            to[at][i] = weight;
+            to[at][lanes.clone()].fill(weight);
         }
     }
 
     /// Nothing at the points of span `at`, until one of them is gathered.
     pub(super) fn clear(&mut self, at: usize) {
-        self.corners.as_flattened_mut().iter_mut().for_each(|corner| corner[at] = [0; SPAN]);
+        self.corners.iter_mut().for_each(|corner| corner[at] = [0; LANES * SPAN]);
     }
 }
 
@@ -196,19 +247,21 @@ impl Line {
         (whole(self.start.0, self.step.0), whole(self.start.1, self.step.1))
     }
 
-    /// Which places look at a column and at a row further than the `least`, in the bytes of each, when
+    /// Which places look at a column and at a row further than the `least`, in all bits of their lanes, when
     /// the last place is `off` by one or none.
     #[inline(always)]
-    fn further(&self, off: (i32, i32), least: (i32, i32)) -> [Bytes; 2] {
-        let mut bytes = [[0; SPAN]; 2];
-        let [along, across] = &mut bytes;
-        for i in 0..SPAN {
-            let (x, y) = self.pixel(i as i32);
-            along[i] = ((x - i as i32 - least.0) as u8).wrapping_neg();
-            across[i] = ((y - least.1) as u8).wrapping_neg();
+    fn further(&self, off: (i32, i32), least: (i32, i32)) -> [Lanes; 2] {
+        let mut lanes = [[0; LANES * SPAN]; 2];
+        let [along, across] = &mut lanes;
+        for i in 0..LANES * SPAN {
+            let (x, y) = self.pixel((i / LANES) as i32);
+            along[i] = ((x - (i / LANES) as i32 - least.0) as u16).wrapping_neg();
+            across[i] = ((y - least.1) as u16).wrapping_neg();
         }
-        let [along, across] = bytes.map(Bytes::from_le_bytes);
-        [if off.0 == 0 { 0 } else { along }, if off.1 == 0 { 0 } else { across }]
+        [
+            if off.0 == 0 { [0; LANES * SPAN] } else { lanes[0] },
+            if off.1 == 0 { [0; LANES * SPAN] } else { lanes[1] },
+        ]
     }
 
     #[inline(always)]
@@ -248,7 +301,8 @@ mod tests {
             let plane = |c: u8| values.iter().map(|v| v.wrapping_mul(2 * c + 1)).collect();
             let picture = LabImage::from_planes(24, 9, [plane(0), plane(1), plane(2)]);
             let animal = Mask::from_fn(24, 9, |x, y| (x * y) % 3 == 1);
-            let other = Source::of(&picture, &animal);
+            let all = Region { left: 0, top: 0, right: 24, bottom: 9 };
+            let other = Window::of(&Source::of(&picture, &animal), all);
             let along = if far { 2.0 - step.0 } else { step.0 };
             let end = |start: f32, step: f32, last: f32| {
                 (start + SPAN as f32 * step).clamp(0.0, last - 0.51)
@@ -258,10 +312,10 @@ mod tests {
             let mut row = Row::new(2);
             row.gather(0, &other, &line);
             row.gather_one_by_one(1, &other, &line);
-            for which in 0..4 {
-                let mut found = [0; 2 * SPAN];
-                row.interpolate(which, &mut found);
-                prop_assert_eq!(&found[..SPAN], &found[SPAN..]);
+            let mut found = [[0; 2 * SPAN]; 4];
+            row.interpolate(found.each_mut().map(|plane| &mut plane[..]));
+            for plane in found {
+                prop_assert_eq!(&plane[..SPAN], &plane[SPAN..]);
             }
         }
     }
