@@ -225,15 +225,10 @@ impl ClipSegmenter {
         let Some(found) = light(&self.frames, before, self.path.steps()) else { return };
         self.frames =
             self.frames.par_iter().zip(&found).map(|(frame, light)| frame.relit(*light)).collect();
-        let parts: Option<Vec<Parts>> = self
-            .frames
-            .par_iter()
-            .map(|frame| frame.picture().map(|p| self.guess_before.rough_parts(&p)))
-            .collect();
-        if let Some(parts) = parts {
-            self.guess = self.guess_before.clone();
-            self.guesses = guessed(&mut self.guess, parts);
-        }
+        let before = &self.guess_before;
+        let parts = self.frames.par_iter().map(|frame| before.rough_parts_of_lab(frame)).collect();
+        self.guess = self.guess_before.clone();
+        self.guesses = guessed(&mut self.guess, parts);
         self.light = Some(found);
     }
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::colour_cube::ColourCube;
 use super::decisions::DecisionTables;
+use super::lab_image::{LabImage, rgb_of};
 use crate::error::{Error, Result};
 use crate::image::{Frame, Picture, Rectangle};
 use crate::mask::Mask;
@@ -60,6 +61,7 @@ pub struct ColourModels {
     /// 1 for those cells of a coarser cube whose middle is the animal's, 0 for others: colours that
     /// differ by less than four levels of 255 are in one, which is below the noise of footage.
     rough: ColourCube,
+    rough_tables: DecisionTables,
 }
 
 impl ColourModels {
@@ -104,8 +106,9 @@ impl ColourModels {
             return Err(Error::setting("the rectangles", "hold at least two pixels each"));
         };
         let log_prior_odds = (settings.prior / (1.0 - settings.prior)).ln();
-        let (tables, rough) = (DecisionTables::default(), ColourCube::new());
-        Ok(Self { foreground, background, log_prior_odds, tables, rough })
+        let [tables, rough_tables] = [DecisionTables::default(), DecisionTables::default()];
+        let rough = ColourCube::new();
+        Ok(Self { foreground, background, log_prior_odds, tables, rough, rough_tables })
     }
 
     /// Number of Gaussians of the animal and of the background.
@@ -138,12 +141,16 @@ impl ColourModels {
     /// The same for a first guess: 64 colours are decided at once, by the one in their middle.
     #[must_use]
     pub fn classify_roughly(&self, picture: &Picture) -> Mask {
-        let decide = |rgb| if self.log_odds(rgb) > 0.0 { 1.0 } else { 0.0 };
-        let mut mask = Mask::new(picture.width(), picture.height());
-        for (y, row) in picture.rgb().chunks_exact(3 * picture.width()).enumerate() {
-            mask.set_row(y, row.as_chunks().0.iter().map(|rgb| self.rough.of(*rgb, decide) > 0.0));
-        }
-        mask
+        self.rough_tables.of_rgb(picture, |rgb| self.is_roughly_the_animals(rgb))
+    }
+
+    /// The same of a picture in L*a*b*, each colour as the sRGB colour that it stands for.
+    pub(super) fn classify_lab_roughly(&self, image: &LabImage) -> Mask {
+        self.rough_tables.of_lab(image, |bytes| self.is_roughly_the_animals(rgb_of(bytes)))
+    }
+
+    fn is_roughly_the_animals(&self, rgb: [u8; 3]) -> bool {
+        self.rough.of(rgb, |rgb| if self.log_odds(rgb) > 0.0 { 1.0 } else { 0.0 }) > 0.0
     }
 }
 

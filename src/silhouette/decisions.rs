@@ -10,6 +10,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use super::lab_image::LabImage;
 use crate::image::{Picture, YuvConversion, YuvMatrix, YuvPicture};
 use crate::mask::Mask;
 
@@ -88,6 +89,45 @@ impl Decisions {
             }
         }
         mask
+    }
+
+    /// The same of three planes of such a width. Lines are by the second and the third.
+    pub(super) fn of_planes(
+        &self,
+        planes: [&[u8]; 3],
+        width: usize,
+        decide: impl Fn([u8; 3]) -> bool,
+    ) -> Mask {
+        let width = width.max(1);
+        let mut mask = Mask::new(width, planes[0].len() / width);
+        for y in 0..mask.height() {
+            let [first, second, third] = planes.map(|plane| plane[y * width..][..width].chunks(64));
+            for (at, ((a, b), c)) in first.zip(second).zip(third).enumerate() {
+                let block = [a, b, c];
+                let bits = self.look_at_planes(block).or_else(|| {
+                    for (&a, (&b, &c)) in a.iter().zip(b.iter().zip(c)) {
+                        self.learn([b, c, a], || decide([a, b, c]));
+                    }
+                    self.look_at_planes(block)
+                });
+                mask.set_word(y, at, bits.unwrap_or(0));
+            }
+        }
+        mask
+    }
+
+    #[inline]
+    fn look_at_planes(&self, block: [&[u8]; 3]) -> Option<u64> {
+        let mut bits = 0;
+        let [first, second, third] = block.map(|plane| plane.chunks(8));
+        for (at, ((a, b), c)) in first.zip(second).zip(third).enumerate() {
+            let mut found = [KNOWN; 8];
+            for ((found, a), (b, c)) in found.iter_mut().zip(a).zip(b.iter().zip(c)) {
+                *found = self.line(*b, *c)?.at(*a);
+            }
+            bits |= packed(u64::from_le_bytes(found))? << (8 * at);
+        }
+        Some(bits)
     }
 
     /// The animal's bits of up to 64 pixels, if all their colours are known.
@@ -199,17 +239,24 @@ fn filled_up<const N: usize>(end: &[u8]) -> [u8; N] {
     std::array::from_fn(|i| end.get(i).or(end.last()).copied().unwrap_or(0))
 }
 
-/// Tables of one model: by red, green and blue, and by luma and chroma of one matrix. Each is made
+/// Tables of one model: by red, green and blue, by L*a*b* bytes, and by luma and chroma of one matrix. Each is made
 /// when first needed.
 #[derive(Default)]
 pub(super) struct DecisionTables {
     rgb: OnceLock<Decisions>,
+    lab: OnceLock<Decisions>,
     yuv: OnceLock<(YuvMatrix, Decisions)>,
 }
 
 impl DecisionTables {
     pub(super) fn of_rgb(&self, picture: &Picture, decide: impl Fn([u8; 3]) -> bool) -> Mask {
         self.rgb.get_or_init(Decisions::new).of_rgb(picture, decide)
+    }
+
+    /// Each colour decided by its bytes.
+    pub(super) fn of_lab(&self, image: &LabImage, decide: impl Fn([u8; 3]) -> bool) -> Mask {
+        let planes = image.planes().each_ref().map(Vec::as_slice);
+        self.lab.get_or_init(Decisions::new).of_planes(planes, image.width(), decide)
     }
 
     pub(super) fn of_yuv(&self, picture: &YuvPicture, decide: impl Fn([u8; 3]) -> bool) -> Mask {
@@ -268,6 +315,9 @@ mod tests {
             for _ in 0..2 {
                 prop_assert_eq!(&tables.of_yuv(&stored, decide), &plain);
                 prop_assert_eq!(&tables.of_rgb(&picture, decide), &plain);
+                let planes = [0, 1, 2].map(|c| picture.rgb().iter().skip(c).step_by(3).copied().collect());
+                let image = LabImage::from_planes(w, h, planes);
+                prop_assert_eq!(&tables.of_lab(&image, decide), &plain);
             }
             let bytes = stored.into_bytes();
             let other = YuvPicture::new(w, h, YuvMatrix::Bt601, bytes).unwrap();

@@ -112,28 +112,6 @@ impl LabImage {
         Self::from_planes(self.width, self.height, planes)
     }
 
-    /// The picture with these colours, as near as bytes say.
-    pub(super) fn picture(&self) -> Option<Picture> {
-        let curve =
-            |f: f32| if f > 6.0 / 29.0 { f.powi(3) } else { (f - 4.0 / 29.0) * 0.128_418_55 };
-        let codes = &*CODES;
-        let code = |v: f32| codes.of(v);
-        let rgb = (0..self.width * self.height)
-            .flat_map(|at| {
-                let [l, a, b] = lab_of(self.at(at));
-                let f = (l + 16.0) / 116.0;
-                let (x, y, z) =
-                    (0.950_47 * curve(f + a / 500.0), curve(f), 1.088_83 * curve(f - b / 200.0));
-                [
-                    code(3.240_454 * x - 1.537_139 * y - 0.498_531 * z),
-                    code(-0.969_266 * x + 1.876_011 * y + 0.041_556 * z),
-                    code(0.055_643 * x - 0.204_026 * y + 1.057_225 * z),
-                ]
-            })
-            .collect();
-        Picture::from_rgb(self.width, self.height, rgb)
-    }
-
     pub(super) fn width(&self) -> usize {
         self.width
     }
@@ -173,6 +151,24 @@ pub(super) fn lab_of(bytes: [u8; 3]) -> [f32; 3] {
     ]
 }
 
+/// The sRGB colour that a byte triple stands for, as near as bytes say.
+pub(super) fn rgb_of(bytes: [u8; 3]) -> [u8; 3] {
+    let curve = |f: f32| if f > 6.0 / 29.0 { f.powi(3) } else { (f - 4.0 / 29.0) * 0.128_418_55 };
+    let code = |v: f32| {
+        let v = v.clamp(0.0, 1.0);
+        let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * code + 0.5) as u8
+    };
+    let [l, a, b] = lab_of(bytes);
+    let f = (l + 16.0) / 116.0;
+    let (x, y, z) = (0.950_47 * curve(f + a / 500.0), curve(f), 1.088_83 * curve(f - b / 200.0));
+    [
+        code(3.240_454 * x - 1.537_139 * y - 0.498_531 * z),
+        code(-0.969_266 * x + 1.876_011 * y + 0.041_556 * z),
+        code(0.055_643 * x - 0.204_026 * y + 1.057_225 * z),
+    ]
+}
+
 /// Pixels that are converted together.
 const BLOCK: usize = 32;
 
@@ -202,53 +198,6 @@ impl Kernel for Conversion<'_> {
             }
         }
         planes
-    }
-}
-
-/// The sRGB code of linear light.
-fn srgb_code(v: f32) -> u8 {
-    let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * code + 0.5) as u8
-}
-
-/// Parts that linear light is divided into; in the dark, where codes lie closest, none holds more than two of them.
-const LIGHT_PARTS: usize = 4096;
-
-/// [`srgb_code`] without its power, which takes longer than all else of a pixel.
-struct Codes {
-    /// The code of the least light of each part.
-    first: Vec<u8>,
-    /// The least light of each code.
-    least: [f32; 256],
-}
-
-static CODES: LazyLock<Codes> = LazyLock::new(|| Codes {
-    first: (0..=LIGHT_PARTS).map(|at| srgb_code(at as f32 / LIGHT_PARTS as f32)).collect(),
-    least: std::array::from_fn(|code| {
-        // Between two numbers of single precision that are not negative lie those of the bits between.
-        let (mut below, mut above) = (0_u32, 1_f32.to_bits());
-        while below < above {
-            let middle = u32::midpoint(below, above);
-            if usize::from(srgb_code(f32::from_bits(middle))) < code {
-                below = middle + 1;
-            } else {
-                above = middle;
-            }
-        }
-        f32::from_bits(below)
-    }),
-});
-
-impl Codes {
-    /// Of light that is held between 0 and 1; of NaN 0.
-    #[inline]
-    fn of(&self, light: f32) -> u8 {
-        let light = light.clamp(0.0, 1.0);
-        let mut code = self.first[(light * LIGHT_PARTS as f32) as usize];
-        while code < 255 && light >= self.least[usize::from(code) + 1] {
-            code += 1;
-        }
-        code
     }
 }
 
@@ -318,15 +267,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_are_those_of_the_curve_at_their_bounds_too() {
-        let bounds = CODES.least.iter().flat_map(|v| [v.next_down(), *v, v.next_up()]);
-        let even = (0..=100_000).map(|at| at as f32 / 100_000.0);
-        for light in bounds.chain(even).chain([-1.0, 0.0, 1.0, 2.0, f32::NAN]) {
-            assert_eq!(CODES.of(light), srgb_code(light.clamp(0.0, 1.0)), "{light}");
-        }
-    }
-
-    #[test]
     fn half_the_size_is_the_mean_of_four() {
         let plane = |w: usize, h: usize| (0..w * h).map(|at| (at * 37 % 251) as u8).collect();
         for (w, h) in [(6, 4), (7, 5), (1, 1), (1, 4), (3, 1)] {
@@ -367,11 +307,8 @@ mod tests {
     fn colours_come_back_and_a_darker_light_can_be_taken_out() {
         for rgb in [[200, 120, 40], [90, 130, 60], [30, 30, 30], [128, 72, 44], [230, 240, 250]] {
             let lab = LabImage::of(&Picture::from_rgb(1, 1, rgb.to_vec()).unwrap());
-            let back = lab.picture().unwrap();
-            assert!(
-                back.rgb().iter().zip(rgb).all(|(a, b)| a.abs_diff(b) <= 4),
-                "{rgb:?} {back:?}"
-            );
+            let back = rgb_of(lab.at(0));
+            assert!(back.iter().zip(rgb).all(|(a, b)| a.abs_diff(b) <= 4), "{rgb:?} {back:?}");
             // Half the luminance and back.
             let half = 0.5_f32.cbrt();
             let again = lab.relit(1.0 / half).relit(half);

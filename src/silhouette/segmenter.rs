@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::colour::{ColourModels, ColourSettings};
 use super::frame_report::{Flag, FrameReport, report_of_mask};
+use super::lab_image::LabImage;
 use super::scale_trend::TrendRemoval;
 use super::track::{GateSettings, Tracker};
 use crate::error::Result;
@@ -124,6 +125,11 @@ impl Segmenter {
     #[must_use]
     pub(super) fn rough_parts(&self, picture: &Picture) -> Parts {
         self.parts_of(&cleaned(&self.models.classify_roughly(picture), &self.clean))
+    }
+
+    /// The same of a picture in L*a*b*.
+    pub(super) fn rough_parts_of_lab(&self, image: &LabImage) -> Parts {
+        self.parts_of(&cleaned(&self.models.classify_lab_roughly(image), &self.clean))
     }
 
     /// The parts of a frame that have the animal's colours and may be it: the work that is done for
