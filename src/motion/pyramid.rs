@@ -75,6 +75,10 @@ impl Level {
         self.values[y * self.width + x]
     }
 
+    pub(super) fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.width..(y + 1) * self.width]
+    }
+
     /// Bilinear value at (`x`, `y`); `None` outside the outermost pixel centres.
     #[inline]
     pub(super) fn sample(&self, x: f64, y: f64) -> Option<f32> {

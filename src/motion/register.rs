@@ -156,22 +156,28 @@ fn points(level: &Level, whole_width: usize, excluded: Option<&[bool]>) -> Vec<P
     for top in (1..level.height.saturating_sub(1)).step_by(CELL_PX) {
         for left in (1..level.width.saturating_sub(1)).step_by(CELL_PX) {
             let mut best: Option<(f32, Point)> = None;
+            // What is no stronger when squared is no stronger, and most is weak: few roots are taken.
+            let mut most_sq = f64::from(LEAST_GRADIENT).powi(2) * 0.999;
+            let right = (left + CELL_PX).min(level.width - 1);
             for y in top..(top + CELL_PX).min(level.height - 1) {
-                for x in left..(left + CELL_PX).min(level.width - 1) {
-                    let gx = (level.at(x + 1, y) - level.at(x - 1, y)) / 2.0;
-                    let gy = (level.at(x, y + 1) - level.at(x, y - 1)) / 2.0;
+                let [above, here, below] =
+                    [y - 1, y, y + 1].map(|y| &level.row(y)[left - 1..=right]);
+                for at in 1..=right - left {
+                    let gx = f64::from((here[at + 1] - here[at - 1]) / 2.0);
+                    let gy = f64::from((below[at] - above[at]) / 2.0);
                     // In double precision nothing overflows, and no library has to be called.
-                    let strength = (f64::from(gx) * f64::from(gx) + f64::from(gy) * f64::from(gy))
-                        .sqrt() as f32;
+                    let strength_sq = gx * gx + gy * gy;
+                    if strength_sq <= most_sq {
+                        continue;
+                    }
+                    let strength = strength_sq.sqrt() as f32;
                     let better = best.as_ref().is_none_or(|(most, _)| strength > *most);
+                    let x = left + at - 1;
                     if strength >= LEAST_GRADIENT && better && !hidden(x, y) {
-                        let point = Point {
-                            x: x as f64,
-                            y: y as f64,
-                            value: f64::from(level.at(x, y)),
-                            gradient: (f64::from(gx), f64::from(gy)),
-                        };
-                        best = Some((strength, point));
+                        let (x, y) = (x as f64, y as f64);
+                        let value = f64::from(here[at]);
+                        best = Some((strength, Point { x, y, value, gradient: (gx, gy) }));
+                        most_sq = strength_sq;
                     }
                 }
             }

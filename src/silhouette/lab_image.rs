@@ -124,6 +124,10 @@ impl LabImage {
         &self.planes
     }
 
+    pub(super) fn planes_mut(&mut self) -> &mut [Vec<u8>; 3] {
+        &mut self.planes
+    }
+
     /// The pixels of a region.
     pub(super) fn cropped(&self, region: Region) -> Self {
         let planes = std::array::from_fn(|c| {

@@ -124,8 +124,9 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
     let mut any = (asked >= Asked::All).then(|| Smallest::new(pixels));
     let mut distances = vec![0_u8; pixels];
     let instructions = InstructionSet::best();
+    let mut warped = Warped::blank(region);
     for (other, to_other) in others {
-        let warped = Warped::of(other, &to_other, region);
+        warped.lay(other, &to_other, region);
         compare(&frame, &own, &warped.image, &mut distances);
         let (distances, flags) = (&distances, &warped.not_background);
         instructions.run(Ranking { to: &mut shown, distances, flags });

@@ -55,21 +55,35 @@ pub(super) struct Warped {
 }
 
 impl Warped {
+    /// Nothing yet, over a region.
+    pub(super) fn blank(region: Region) -> Self {
+        let plane = || vec![0; region.pixels()];
+        let image =
+            LabImage::from_planes(region.width(), region.height(), [plane(), plane(), plane()]);
+        Self { image, outside: plane(), not_background: plane() }
+    }
+
     /// `other` is at least two pixels wide and high.
     pub(super) fn of(other: &Source, to_other: &Matrix3<f64>, region: Region) -> Self {
+        let mut warped = Self::blank(region);
+        warped.lay(other, to_other, region);
+        warped
+    }
+
+    /// Puts another picture in the place of the one before, over a region of the same size.
+    pub(super) fn lay(&mut self, other: &Source, to_other: &Matrix3<f64>, region: Region) {
         if *to_other == Matrix3::identity() {
-            return Self::seen_at_rest(other, region);
+            self.lay_at_rest(other, region);
+        } else {
+            InstructionSet::best().run(Warping { to: self, other, to_other, region });
         }
-        InstructionSet::best().run(Warping { other, to_other, region })
     }
 
     #[inline(always)]
-    fn seen_from(other: &Source, to_other: &Matrix3<f64>, region: Region) -> Self {
-        let (w, pixels) = (region.width(), region.pixels());
+    fn lay_moved(&mut self, other: &Source, to_other: &Matrix3<f64>, region: Region) {
+        let w = region.width();
         let way = Way::new(to_other, other, region);
         let other = Window::of(other, way.seen(region));
-        // L*, a*, b*, what is no background and what is outside.
-        let mut planes: [Vec<u8>; 5] = std::array::from_fn(|_| vec![0; pixels]);
         let spans = w.div_ceil(SPAN);
         let mut row = Row::new(spans);
         let mut places = vec![(0.0, 0.0); spans + 1];
@@ -79,9 +93,10 @@ impl Warped {
                 let first = ((region.left + at * SPAN) as f32, y as f32);
                 row.outside[at] = way.look(&other, first, *ends, at, &mut row);
             }
-            let start = (y - region.top) * w;
-            let [l, a, b, hidden, outside] =
-                planes.each_mut().map(|plane| &mut plane[start..start + w]);
+            let here = (y - region.top) * w..(y - region.top + 1) * w;
+            let [l, a, b] = self.image.planes_mut().each_mut().map(|p| &mut p[here.clone()]);
+            let hidden = &mut self.not_background[here.clone()];
+            let outside = &mut self.outside[here];
             row.interpolate([l, a, b, &mut *hidden]);
             outside.copy_from_slice(&row.outside.as_flattened()[..w]);
             // Of the animal's share all bits become that of 128.
@@ -89,35 +104,35 @@ impl Warped {
                 *hidden = (*hidden >> 7).wrapping_neg() | *outside;
             }
         }
-        let [l, a, b, not_background, outside] = planes;
-        let image = LabImage::from_planes(w, region.height(), [l, a, b]);
-        Self { image, outside, not_background }
     }
 
     /// From a camera that did not move: every pixel is its own.
-    fn seen_at_rest(other: &Source, region: Region) -> Self {
-        let mut not_background = Vec::with_capacity(region.pixels());
-        for row in other.animal.chunks_exact(other.width()).take(region.bottom).skip(region.top) {
-            not_background.extend_from_slice(&row[region.left..region.right]);
+    fn lay_at_rest(&mut self, other: &Source, region: Region) {
+        let [l, a, b] = self.image.planes_mut();
+        for (to, from) in [l, a, b, &mut self.not_background].into_iter().zip(other.planes()) {
+            let rows = from.chunks_exact(other.width()).take(region.bottom).skip(region.top);
+            for (to, from) in to.chunks_exact_mut(region.width()).zip(rows) {
+                to.copy_from_slice(&from[region.left..region.right]);
+            }
         }
-        let image = other.image.cropped(region);
-        Self { image, outside: vec![0; region.pixels()], not_background }
+        self.outside.fill(0);
     }
 }
 
 /// A picture to be laid over a region.
 struct Warping<'a> {
+    to: &'a mut Warped,
     other: &'a Source<'a>,
     to_other: &'a Matrix3<f64>,
     region: Region,
 }
 
 impl Kernel for Warping<'_> {
-    type Result = Warped;
+    type Result = ();
 
     #[inline(always)]
-    fn run(self) -> Warped {
-        Warped::seen_from(self.other, self.to_other, self.region)
+    fn run(self) {
+        self.to.lay_moved(self.other, self.to_other, self.region);
     }
 }
 
