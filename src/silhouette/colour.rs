@@ -61,7 +61,8 @@ pub struct ColourModels {
     /// 1 for those cells of a coarser cube whose middle is the animal's, 0 for others: colours that
     /// differ by less than four levels of 255 are in one, which is below the noise of footage.
     rough: ColourCube,
-    rough_tables: DecisionTables,
+    /// The same decisions for pictures in L*a*b*, exact.
+    rough_of_lab: DecisionTables,
 }
 
 impl ColourModels {
@@ -106,9 +107,9 @@ impl ColourModels {
             return Err(Error::setting("the rectangles", "hold at least two pixels each"));
         };
         let log_prior_odds = (settings.prior / (1.0 - settings.prior)).ln();
-        let [tables, rough_tables] = [DecisionTables::default(), DecisionTables::default()];
+        let [tables, rough_of_lab] = [DecisionTables::default(), DecisionTables::default()];
         let rough = ColourCube::new();
-        Ok(Self { foreground, background, log_prior_odds, tables, rough, rough_tables })
+        Ok(Self { foreground, background, log_prior_odds, tables, rough, rough_of_lab })
     }
 
     /// Number of Gaussians of the animal and of the background.
@@ -141,14 +142,20 @@ impl ColourModels {
     /// The same for a first guess: 64 colours are decided at once, by the one in their middle.
     #[must_use]
     pub fn classify_roughly(&self, picture: &Picture) -> Mask {
-        self.rough_tables.of_rgb(picture, |rgb| self.is_roughly_the_animals(rgb))
+        let mut mask = Mask::new(picture.width(), picture.height());
+        for (y, row) in picture.rgb().chunks_exact(3 * picture.width()).enumerate() {
+            let pixels = row.as_chunks().0;
+            mask.set_row(y, pixels.iter().map(|rgb| self.is_roughly_the_animals(*rgb)));
+        }
+        mask
     }
 
     /// The same of a picture in L*a*b*, each colour as the sRGB colour that it stands for.
     pub(super) fn classify_lab_roughly(&self, image: &LabImage) -> Mask {
-        self.rough_tables.of_lab(image, |bytes| self.is_roughly_the_animals(rgb_of(bytes)))
+        self.rough_of_lab.of_lab(image, |bytes| self.is_roughly_the_animals(rgb_of(bytes)))
     }
 
+    #[inline]
     fn is_roughly_the_animals(&self, rgb: [u8; 3]) -> bool {
         self.rough.of(rgb, |rgb| if self.log_odds(rgb) > 0.0 { 1.0 } else { 0.0 }) > 0.0
     }
