@@ -102,9 +102,13 @@ fn steadied(clip: &Clip, first: &Carrier, periods: f64) -> Vec<f64> {
     smooth_path(&first.phase, &first.precision, prior).values
 }
 
-/// Refines a first phase; `None` when the frames do not determine the series.
-pub(super) fn fit(clip: &Clip, first: &Carrier) -> Option<Fitted> {
+/// Refines a first phase; `None` when the frames do not determine the series. Of an `even_speed` large changes are not
+/// followed.
+pub(super) fn fit(clip: &Clip, first: &Carrier, even_speed: bool) -> Option<Fitted> {
     let steady = fit_from(clip, first, START_PERIODS);
+    if even_speed {
+        return steady;
+    }
     let following = fit_from(clip, first, START_PERIODS_FOLLOWING);
     match (steady, following) {
         (Some(steady), Some(following)) => {

@@ -54,6 +54,9 @@ pub struct Known<'a> {
     /// Height of the back at places along it, frames × places, in any unit and from any height that stands still or
     /// moves steadily: it tells two steps from one.
     pub back: Option<&'a Coefficients>,
+    /// The frames are a window that asks whether the gait goes on evenly: a speed that changes much within it is not
+    /// followed.
+    pub even_speed: bool,
 }
 
 /// Fewest frames that a phase is measured of.
@@ -118,10 +121,12 @@ impl GaitPhase {
             return Err(too_few);
         }
         let carrier = carrier::track(&clip, known.repeats_a_frame);
-        let Some(by_period) = cycle::fit(&clip, &carrier) else { return Err(too_few) };
+        let Some(by_period) = cycle::fit(&clip, &carrier, known.even_speed) else {
+            return Err(too_few);
+        };
         let stride = StrideEvidence::weigh(&clip, &by_period, known.symmetry, known.back);
         let fitted = if stride.repeats == Repeats::EveryStep {
-            cycle::fit(&clip, &carrier.halved())
+            cycle::fit(&clip, &carrier.halved(), known.even_speed)
         } else {
             Some(by_period.clone())
         };

@@ -218,7 +218,7 @@ fn what_the_drifts_removal_took_of_the_gait_is_given_back() {
                 symmetry: Symmetry::Symmetric,
                 repeats_a_frame: Some(1.0 / 9.0),
                 slow_half_cycles,
-                back: None,
+                ..Known::default()
             };
             let found = GaitPhase::measure_knowing(scores, &SHARES, &[true; 65], &known).unwrap();
             found.cycle.power(1)

@@ -26,6 +26,10 @@ const LEADING_SHARE: f64 = 0.5;
 /// removed: of fewer, the drift may be the gait, and the rhythm its harmonic.
 const LEAST_REPEATS: f64 = 3.0;
 
+/// Two frequencies of one rhythm, one of them with the drift beside it, differ by this share or less; of the four horses
+/// by a hundredth.
+const SAME_RHYTHM: f64 = 0.1;
+
 /// Least share of the silhouettes' variance that is worth removing where the phase can be measured without; of four horses that walk past a
 /// fixed camera it is .23 to .41.
 const LEAST_SHARE: f64 = 0.15;
@@ -80,17 +84,20 @@ pub(super) fn fit(
 }
 
 /// The PCA without what is slow, for a clip in which no phase was found with it: PC1 need not be the drift, a cycle as
-/// long as the clip explains everything. `None` where too little repeats in the clip.
+/// long as the clip explains everything. `None` where too little repeats in the clip, or something else than before: a
+/// step taken out as slow leaves its second harmonic.
 pub(super) fn fit_rhythm(
     gram: &CentredGram,
     plain: &ImagePca,
     times: &[usize],
     components: usize,
 ) -> Option<(ImagePca, ShapeDrift)> {
-    repeats_enough(plain, times).then(|| {
-        let (left, drift) = parted(gram, plain, times, components);
-        (left, ShapeDrift { removed: true, ..drift })
-    })
+    if !repeats_enough(plain, times) {
+        return None;
+    }
+    let (left, drift) = parted(gram, plain, times, components);
+    let same = (drift.repeats_a_frame / rhythm(plain, times) - 1.0).abs() <= SAME_RHYTHM;
+    same.then_some((left, ShapeDrift { removed: true, ..drift }))
 }
 
 fn repeats_enough(plain: &ImagePca, times: &[usize]) -> bool {

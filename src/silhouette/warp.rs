@@ -301,16 +301,25 @@ mod tests {
     }
 
     proptest! {
-        /// Spans that lie beside the other picture as a whole, against each of their pixels.
+        /// Spans that lie beside the other picture as a whole, against each of their pixels; and what a region looks at,
+        /// against all there is.
         #[test]
         fn what_is_beside_the_other_picture_looks_at_nothing(
-            values in proptest::collection::vec(proptest::num::u8::ANY, 12 * 9),
-            shift in (-30.0_f64..30.0, -30.0_f64..30.0),
+            values in proptest::collection::vec(proptest::num::u8::ANY, 48 * 36),
+            shift in (-30.0_f64..54.0, -30.0_f64..42.0),
             tilt in (-0.04_f64..0.04, -0.04_f64..0.04),
+            (turn, zoom) in (-3.2_f64..3.2, -1.5_f64..1.5),
+            slight in proptest::bool::ANY,
         ) {
-            let picture = picture(12, 9, &values);
-            let other = Source::of(&picture, &Mask::new(12, 9));
-            let m = Matrix3::new(1.0, 0.1, shift.0, -0.1, 1.0, shift.1, tilt.0, tilt.1, 1.0);
+            let picture = picture(48, 36, &values);
+            let other = Source::of(&picture, &Mask::new(48, 36));
+            let (turn, zoom) = if slight { (0.1, 1.0) } else { (turn, zoom.exp()) };
+            let (across, along) = (zoom * turn.sin(), zoom * turn.cos());
+            let m = Matrix3::new(
+                along, across, shift.0,
+                -across, along, shift.1,
+                tilt.0, tilt.1, 1.0,
+            );
             let region = Region { left: 0, top: 0, right: 24, bottom: 20 };
             let warped = Warped::of(&other, &m, region);
             let mut way = Way::new(&m, &other, region);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Run, WINDOW_PERIODS};
-use crate::gait::{GaitPhase, Symmetry};
+use crate::gait::{GaitPhase, Known};
 use crate::numeric::{Coefficients, Harmonics, median};
 
 /// Periods that a window must hold by what was found in it.
@@ -119,9 +119,9 @@ impl Rows {
         let mean_power = seen.iter().flat_map(|&t| row(t)).map(|v| v * v).sum::<f64>() / count;
         let scores = Coefficients::from_rows(frames.len(), self.components, rows.clone())?;
         let shares = vec![1.0; self.components];
-        let phase =
-            GaitPhase::measure(&scores, &shares, used, Symmetry::Unknown, Some(1.0 / period))
-                .ok()?;
+        let known =
+            Known { repeats_a_frame: Some(1.0 / period), even_speed: true, ..Known::default() };
+        let phase = GaitPhase::measure_knowing(&scores, &shares, used, &known).ok()?;
         let missed: f64 = (seen.iter())
             .map(|&t| {
                 // The fit takes off the mean of the used rows, which is zero here.
