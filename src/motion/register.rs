@@ -156,7 +156,8 @@ fn points(level: &Level, whole_width: usize, excluded: Option<&[bool]>) -> Vec<P
     for top in (1..level.height.saturating_sub(1)).step_by(CELL_PX) {
         for left in (1..level.width.saturating_sub(1)).step_by(CELL_PX) {
             let mut best: Option<(f32, Point)> = None;
-            // What is no stronger when squared is no stronger, and most is weak: few roots are taken.
+            // What is no stronger when squared is no stronger, and most is weak: few roots are taken. At first a little
+            // less than the least, which the root itself decides.
             let mut most_sq = f64::from(LEAST_GRADIENT).powi(2) * 0.999;
             let right = (left + CELL_PX).min(level.width - 1);
             for y in top..(top + CELL_PX).min(level.height - 1) {

@@ -30,8 +30,8 @@ const LEAST_REPEATS: f64 = 3.0;
 /// by a hundredth.
 const SAME_RHYTHM: f64 = 0.1;
 
-/// Least share of the silhouettes' variance that is worth removing where the phase can be measured without; of four horses that walk past a
-/// fixed camera it is .23 to .41.
+/// Least share of the silhouettes' variance that is worth removing where the phase can be measured without; of four
+/// horses that walk past a fixed camera it is .23 to .41.
 const LEAST_SHARE: f64 = 0.15;
 
 /// Rounds in which the rhythm and what is slow beside it are found. It settles in two to four.
@@ -72,15 +72,16 @@ pub(super) fn fit(
     if removal == TrendRemoval::Off {
         return Ok((plain, None));
     }
-    let leads = slow_share(&plain, times, span) >= LEADING_SHARE && repeats_enough(&plain, times);
+    let leads = slow_share(&plain, times, span) >= LEADING_SHARE
+        && rhythm(&plain, times) * span as f64 >= LEAST_REPEATS;
     if removal == TrendRemoval::Auto && !leads {
         return Ok((plain, None));
     }
     let (left, drift) = parted(gram, &plain, times, components);
     if removal == TrendRemoval::On || drift.share >= LEAST_SHARE {
-        return Ok((left, Some(ShapeDrift { removed: true, ..drift })));
+        return Ok((left, Some(drift)));
     }
-    Ok((plain, Some(drift)))
+    Ok((plain, Some(ShapeDrift { removed: false, ..drift })))
 }
 
 /// The PCA without what is slow, for a clip in which no phase was found with it: PC1 need not be the drift, a cycle as
@@ -92,20 +93,17 @@ pub(super) fn fit_rhythm(
     times: &[usize],
     components: usize,
 ) -> Option<(ImagePca, ShapeDrift)> {
-    if !repeats_enough(plain, times) {
+    let span = times.last().map_or(0, |t| t + 1);
+    let repeats = rhythm(plain, times);
+    if repeats * (span as f64) < LEAST_REPEATS {
         return None;
     }
     let (left, drift) = parted(gram, plain, times, components);
-    let same = (drift.repeats_a_frame / rhythm(plain, times) - 1.0).abs() <= SAME_RHYTHM;
-    same.then_some((left, ShapeDrift { removed: true, ..drift }))
+    let same = (drift.repeats_a_frame / repeats - 1.0).abs() <= SAME_RHYTHM;
+    same.then_some((left, drift))
 }
 
-fn repeats_enough(plain: &ImagePca, times: &[usize]) -> bool {
-    let span = times.last().map_or(0, |t| t + 1);
-    rhythm(plain, times) * span as f64 >= LEAST_REPEATS
-}
-
-/// What repeats, apart from what is slow beside it, and what that is; not yet said to be removed.
+/// What repeats, apart from what is slow beside it, and what that is.
 fn parted(
     gram: &CentredGram,
     plain: &ImagePca,
@@ -129,7 +127,7 @@ fn parted(
     }
     let share = 1.0 - left.total_variance / plain.total_variance;
     let repeats_a_frame = refined(&left, times, span, half_cycles, repeats);
-    (left, ShapeDrift { share, half_cycles, repeats_a_frame, removed: false })
+    (left, ShapeDrift { share, half_cycles, repeats_a_frame, removed: true })
 }
 
 /// The PCA without what `half_cycles` half cycles and fewer span.

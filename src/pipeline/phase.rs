@@ -35,7 +35,7 @@ pub(super) fn measure_phase(
         repeats_a_frame: removed.map(|d| d.repeats_a_frame),
         slow_half_cycles: removed.map(|d| d.half_cycles),
         back: back.as_ref(),
-        even_speed: false,
+        ..Known::default()
     };
     let found = GaitPhase::measure_knowing(&scores, &shares, used, &known).ok()?;
     let repeats = scores.frames() as f64 / found.repeat_frames;

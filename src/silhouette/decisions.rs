@@ -79,66 +79,56 @@ impl Decisions {
         let mut mask = Mask::new(picture.width(), picture.height());
         for (y, row) in picture.rgb().chunks_exact(3 * picture.width().max(1)).enumerate() {
             for (at, pixels) in row.as_chunks().0.chunks(64).enumerate() {
-                let bits = self.look_at_rgb(pixels).or_else(|| {
-                    for &rgb in pixels {
-                        self.learn([rgb[1], rgb[2], rgb[0]], || decide(rgb));
-                    }
-                    self.look_at_rgb(pixels)
-                });
-                mask.set_word(y, at, bits.unwrap_or(0));
+                let eights = || pixels.chunks(8).map(|eight| eight.iter().copied());
+                mask.set_word(y, at, self.decided(eights, &decide));
             }
         }
         mask
     }
 
-    /// The same of three planes of such a width. Lines are by the second and the third.
-    pub(super) fn of_planes(
-        &self,
-        planes: [&[u8]; 3],
-        width: usize,
-        decide: impl Fn([u8; 3]) -> bool,
-    ) -> Mask {
-        let width = width.max(1);
-        let mut mask = Mask::new(width, planes[0].len() / width);
-        for y in 0..mask.height() {
-            let [first, second, third] = planes.map(|plane| plane[y * width..][..width].chunks(64));
-            for (at, ((a, b), c)) in first.zip(second).zip(third).enumerate() {
-                let block = [a, b, c];
-                let bits = self.look_at_planes(block).or_else(|| {
-                    for (&a, (&b, &c)) in a.iter().zip(b.iter().zip(c)) {
-                        self.learn([b, c, a], || decide([a, b, c]));
-                    }
-                    self.look_at_planes(block)
-                });
-                mask.set_word(y, at, bits.unwrap_or(0));
+    /// The same of a picture in L*a*b*, each colour decided by its bytes. Lines are by a* and b*.
+    fn of_lab(&self, image: &LabImage, decide: impl Fn([u8; 3]) -> bool) -> Mask {
+        let mut mask = Mask::new(image.width(), image.height());
+        for y in 0..image.height() {
+            let row = y * image.width()..(y + 1) * image.width();
+            let [l, a, b] = image.planes().each_ref().map(|plane| plane[row.clone()].chunks(64));
+            for (at, ((l, a), b)) in l.zip(a).zip(b).enumerate() {
+                let eights = || {
+                    l.chunks(8)
+                        .zip(a.chunks(8))
+                        .zip(b.chunks(8))
+                        .map(|((l, a), b)| l.iter().zip(a).zip(b).map(|((l, a), b)| [*l, *a, *b]))
+                };
+                mask.set_word(y, at, self.decided(eights, &decide));
             }
         }
         mask
     }
 
+    /// The animal's bits of up to 64 pixels, given by eights; lines are by their second and third channels.
     #[inline]
-    fn look_at_planes(&self, block: [&[u8]; 3]) -> Option<u64> {
-        let mut bits = 0;
-        let [first, second, third] = block.map(|plane| plane.chunks(8));
-        for (at, ((a, b), c)) in first.zip(second).zip(third).enumerate() {
-            let mut found = [KNOWN; 8];
-            for ((found, a), (b, c)) in found.iter_mut().zip(a).zip(b.iter().zip(c)) {
-                *found = self.line(*b, *c)?.at(*a);
+    fn decided<I>(&self, eights: impl Fn() -> I, decide: &impl Fn([u8; 3]) -> bool) -> u64
+    where
+        I: Iterator<Item: Iterator<Item = [u8; 3]>>,
+    {
+        let bits = self.look(eights()).or_else(|| {
+            for colour in eights().flatten() {
+                self.learn([colour[1], colour[2], colour[0]], || decide(colour));
             }
-            bits |= packed(u64::from_le_bytes(found))? << (8 * at);
-        }
-        Some(bits)
+            self.look(eights())
+        });
+        bits.unwrap_or(0)
     }
 
-    /// The animal's bits of up to 64 pixels, if all their colours are known.
+    /// The same, if all colours are known.
     #[inline]
-    fn look_at_rgb(&self, pixels: &[[u8; 3]]) -> Option<u64> {
+    fn look(&self, eights: impl Iterator<Item: Iterator<Item = [u8; 3]>>) -> Option<u64> {
         let mut bits = 0;
-        for (at, eight) in pixels.chunks(8).enumerate() {
+        for (at, eight) in eights.enumerate() {
             // What is missing at a row's end is known to be ground.
             let mut found = [KNOWN; 8];
-            for (found, p) in found.iter_mut().zip(eight) {
-                *found = self.line(p[1], p[2])?.at(p[0]);
+            for (found, [level, first, second]) in found.iter_mut().zip(eight) {
+                *found = self.line(first, second)?.at(level);
             }
             bits |= packed(u64::from_le_bytes(found))? << (8 * at);
         }
@@ -253,10 +243,8 @@ impl DecisionTables {
         self.rgb.get_or_init(Decisions::new).of_rgb(picture, decide)
     }
 
-    /// Each colour decided by its bytes.
     pub(super) fn of_lab(&self, image: &LabImage, decide: impl Fn([u8; 3]) -> bool) -> Mask {
-        let planes = image.planes().each_ref().map(Vec::as_slice);
-        self.lab.get_or_init(Decisions::new).of_planes(planes, image.width(), decide)
+        self.lab.get_or_init(Decisions::new).of_lab(image, decide)
     }
 
     pub(super) fn of_yuv(&self, picture: &YuvPicture, decide: impl Fn([u8; 3]) -> bool) -> Mask {

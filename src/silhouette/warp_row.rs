@@ -20,7 +20,7 @@ const HALF_STEP: i32 = 1 << (FRACTION_BITS - STEP_BITS - 1);
 pub(super) const SPAN: usize = 8;
 
 /// Columns that eight pixels look at, one of which may be one further right than its neighbours say.
-pub(super) const COLUMNS: usize = SPAN + 2;
+const COLUMNS: usize = SPAN + 2;
 
 /// Two numbers of two bytes each for a pixel: L* and a*, b* and the animal, the first in the lower byte. All four are
 /// gathered and chosen from as one, as vectors.
@@ -86,7 +86,7 @@ pub(super) struct Row {
 
 impl Row {
     pub(super) fn new(spans: usize) -> Self {
-        let lanes = || vec![[0; LANES * SPAN]; spans];
+        let lanes = || vec![Lanes::default(); spans];
         Self {
             weights: [lanes(), lanes()],
             corners: [lanes(), lanes(), lanes(), lanes()],
@@ -218,7 +218,7 @@ impl Row {
 
     /// Nothing at the points of span `at`, until one of them is gathered.
     pub(super) fn clear(&mut self, at: usize) {
-        self.corners.iter_mut().for_each(|corner| corner[at] = [0; LANES * SPAN]);
+        self.corners.iter_mut().for_each(|corner| corner[at] = Lanes::default());
     }
 }
 
@@ -251,16 +251,15 @@ impl Line {
     /// the last place is `off` by one or none.
     #[inline(always)]
     fn further(&self, off: (i32, i32), least: (i32, i32)) -> [Lanes; 2] {
-        let mut lanes = [[0; LANES * SPAN]; 2];
-        let [along, across] = &mut lanes;
+        let (mut along, mut across) = (Lanes::default(), Lanes::default());
         for i in 0..LANES * SPAN {
             let (x, y) = self.pixel((i / LANES) as i32);
             along[i] = ((x - (i / LANES) as i32 - least.0) as u16).wrapping_neg();
             across[i] = ((y - least.1) as u16).wrapping_neg();
         }
         [
-            if off.0 == 0 { [0; LANES * SPAN] } else { lanes[0] },
-            if off.1 == 0 { [0; LANES * SPAN] } else { lanes[1] },
+            if off.0 == 0 { Lanes::default() } else { along },
+            if off.1 == 0 { Lanes::default() } else { across },
         ]
     }
 

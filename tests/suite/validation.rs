@@ -1,6 +1,8 @@
 //! The seed's tables on motion that is known. The limits are the project's targets: degrees of mean
 //! error over frames and joints, from masks with 15 % of their edge pixels flipped.
 
+use std::path::Path;
+
 use muybridge::gait::Repeats;
 use muybridge::pipeline::{Trends, analyse_masks};
 use muybridge::shot::{Method, Mirroring};
@@ -39,24 +41,21 @@ fn run_by(
         subject,
         shooting: shooting(yaw_deg),
         keys: keys.to_vec(),
-        components: vec![2],
         partners,
         gait,
         method,
-        mirror: Mirroring::Auto,
-        amplitude: true,
-        band_pass: true,
         time_limit_s: 30.0,
+        ..eight_keys()
     };
     validate(&settings, &|_, _| true).unwrap()
 }
 
-/// The built-in walk, named symmetric, over the phase.
-fn over_phase(keys: usize) -> Settings {
+/// The built-in walk, named symmetric, with eight keys by the default method.
+fn eight_keys() -> Settings {
     Settings {
         subject: Subject::Horse(Gait::Walk),
         shooting: shooting(0.0),
-        keys: vec![keys],
+        keys: vec![8],
         components: vec![2],
         partners: false,
         gait: spectrum::Gait::Symmetric,
@@ -66,6 +65,10 @@ fn over_phase(keys: usize) -> Settings {
         band_pass: true,
         time_limit_s: 5.0,
     }
+}
+
+fn rig(data: &Path, file: &str, clip: &str) -> Subject {
+    Subject::Rig { file: data.join("rigs").join(file), clip: clip.to_owned() }
 }
 
 fn error_deg(found: &Validation) -> f64 {
@@ -102,8 +105,7 @@ fn rigs_are_within_their_targets_and_the_floors_are_the_known_ones() {
         ("quaternius_triceratops.glb", "Armature|Triceratops_Walk", 4, true, 4.0, 0.82),
     ];
     for (file, clip, keys, partners, limit, floor) in cases {
-        let path = data.join("rigs").join(file);
-        let found = run(Subject::Rig { file: path, clip: clip.to_owned() }, keys, partners);
+        let found = run(rig(&data, file, clip), keys, partners);
         let error = error_deg(&found);
         let row = &found.rows[0];
         eprintln!("{file} {clip}: {error:.2} of {limit}");
@@ -132,13 +134,9 @@ fn more_poses_are_better_and_a_run_repeats_itself() {
 fn a_phase_that_something_slow_hides_is_found_without_it() {
     let Some(data) = data_folder() else { return };
     let settings = Settings {
-        subject: Subject::Rig {
-            file: data.join("rigs").join("khronos_fox.glb"),
-            clip: "Walk".to_owned(),
-        },
+        subject: rig(&data, "khronos_fox.glb", "Walk"),
         shooting: Shooting { frames: 36, ..shooting(0.0) },
-        gait: spectrum::Gait::Symmetric,
-        ..over_phase(8)
+        ..eight_keys()
     };
     let found = validate(&settings, &|_, _| true).unwrap();
     assert_eq!(found.method, "phase");
@@ -155,12 +153,9 @@ fn a_speed_that_more_than_doubles_within_the_clip_is_followed() {
     for (file, limit_deg) in [("quaternius_horse.glb", 0.8), ("quaternius_alpaca.glb", 1.05)] {
         let unsteady = Unsteady { speed_drift: 0.8, ..Unsteady::default() };
         let settings = Settings {
-            subject: Subject::Rig {
-                file: data.join("rigs").join(file),
-                clip: "AnimalArmature|Walk".to_owned(),
-            },
+            subject: rig(&data, file, "AnimalArmature|Walk"),
             shooting: Shooting { unsteady, ..shooting(0.0) },
-            ..over_phase(8)
+            ..eight_keys()
         };
         let found = validate(&settings, &|_, _| true).unwrap();
         let phase_error = found.measured.as_ref().unwrap().phase_error_cycles;
@@ -187,7 +182,7 @@ fn the_phase_reaches_the_floor_and_halves_the_error_of_the_paper() {
     ];
     let (mut shares, mut ours, mut papers) = (Vec::new(), 0.0, 0.0);
     for (file, clip, gait, yaw_deg) in cases {
-        let subject = || Subject::Rig { file: data.join("rigs").join(file), clip: clip.to_owned() };
+        let subject = || rig(&data, file, clip);
         let found = run_by(Method::Auto, subject(), gait, yaw_deg, &[4, 6, 8]);
         assert_eq!(found.method, "phase");
         let paper = run_by(Method::Rbf, subject(), gait, yaw_deg, &[4, 6, 8]);
@@ -215,19 +210,14 @@ fn strides_of_unlike_size_are_followed() {
         let settings = Settings {
             subject: Subject::Horse(gait),
             shooting: Shooting { unsteady, ..shooting(20.0) },
-            keys: vec![8],
-            components: vec![2],
-            partners: false,
             gait: if gait == Gait::Gallop {
                 spectrum::Gait::Asymmetric
             } else {
                 spectrum::Gait::Symmetric
             },
             method: Method::Phase,
-            mirror: Mirroring::Auto,
             amplitude,
-            band_pass: true,
-            time_limit_s: 5.0,
+            ..eight_keys()
         };
         error_deg(&validate(&settings, &|_, _| true).unwrap())
     };
@@ -247,10 +237,7 @@ fn strides_of_unlike_size_are_followed() {
 #[test]
 fn steps_and_strides_are_never_confused() {
     let Some(data) = data_folder() else { return };
-    let rig = |file: &str, clip: &str| Subject::Rig {
-        file: data.join("rigs").join(file),
-        clip: clip.to_owned(),
-    };
+    let rig = |file: &str, clip: &str| rig(&data, file, clip);
     let subjects = [
         rig("quaternius_horse.glb", "AnimalArmature|Walk"),
         rig("quaternius_husky.glb", "AnimalArmature|Walk"),
@@ -286,7 +273,7 @@ fn steps_and_strides_are_never_confused() {
 
 /// The verdict and the error over that of the mean pose, of the built-in walk with eight keys.
 fn judged(change: impl Fn(&mut Shooting)) -> (String, f64) {
-    let mut settings = Settings { shooting: shooting(20.0), ..over_phase(8) };
+    let mut settings = Settings { shooting: shooting(20.0), ..eight_keys() };
     change(&mut settings.shooting);
     let found = validate(&settings, &|_, _| true).unwrap();
     let share = error_deg(&found) / found.mean_pose.mean_deg;
