@@ -99,8 +99,7 @@ pub(super) fn fit_rhythm(
         return None;
     }
     let (left, drift) = parted(gram, plain, times, components);
-    let same = (drift.repeats_a_frame / repeats - 1.0).abs() <= SAME_RHYTHM;
-    same.then_some((left, drift))
+    same_rhythm(drift.repeats_a_frame, repeats).then_some((left, drift))
 }
 
 /// What repeats, apart from what is slow beside it, and what that is.
@@ -111,23 +110,65 @@ fn parted(
     components: usize,
 ) -> (ImagePca, ShapeDrift) {
     let span = times.last().map_or(0, |t| t + 1);
-    // From above: a slow part cannot win by what leaks from it, and where the stride and the step both
-    // show, the step is found.
-    let mut repeats = FASTEST_REPEATS;
-    let (mut left, mut half_cycles) = (plain.clone(), usize::MAX);
-    for _ in 0..ROUNDS {
-        let slower = (2.0 * span as f64 * SLOW_SHARE * repeats) as usize;
-        if slower == half_cycles {
-            break;
+    let settle = |repeats| Parting { gram, plain, times, components }.settled(repeats);
+    // From above: a slow part cannot win by what leaks from it.
+    let mut found = settle(FASTEST_REPEATS);
+    // But of a rhythm that is slow to begin with its second harmonic may be left, and hold its own: what is too slow for
+    // that is a little less than the rhythm, and more of it where frames are missing.
+    let before = rhythm(plain, times);
+    if same_rhythm(found.repeats, 2.0 * before) {
+        let slower = settle(before);
+        if same_rhythm(slower.repeats, before) {
+            found = slower;
         }
-        half_cycles = slower;
-        let Ok(pca) = removed(gram, times, span, half_cycles, components) else { break };
-        left = pca;
-        repeats = rhythm(&left, times);
     }
+    let Parted { left, half_cycles, repeats } = found;
     let share = 1.0 - left.total_variance / plain.total_variance;
     let repeats_a_frame = refined(&left, times, span, half_cycles, repeats);
     (left, ShapeDrift { share, half_cycles, repeats_a_frame, removed: true })
+}
+
+/// Whether two frequencies, cycles a frame, are those of one rhythm.
+fn same_rhythm(repeats: f64, expected: f64) -> bool {
+    (repeats / expected - 1.0).abs() <= SAME_RHYTHM
+}
+
+/// What a rhythm is parted from what is slow with.
+struct Parting<'a> {
+    gram: &'a CentredGram,
+    plain: &'a ImagePca,
+    times: &'a [usize],
+    components: usize,
+}
+
+/// A rhythm without what is slow beside it.
+struct Parted {
+    left: ImagePca,
+    /// What was taken out: the mean and cosines of up to so many half cycles.
+    half_cycles: usize,
+    /// Repeats a frame.
+    repeats: f64,
+}
+
+impl Parting<'_> {
+    /// Takes out what is slow beside a rhythm of `repeats` a frame, and again beside the one that is left, until it stays.
+    fn settled(&self, mut repeats: f64) -> Parted {
+        let span = self.times.last().map_or(0, |t| t + 1);
+        let (mut left, mut half_cycles) = (self.plain.clone(), usize::MAX);
+        for _ in 0..ROUNDS {
+            let slower = (2.0 * span as f64 * SLOW_SHARE * repeats) as usize;
+            if slower == half_cycles {
+                break;
+            }
+            half_cycles = slower;
+            let Ok(pca) = removed(self.gram, self.times, span, half_cycles, self.components) else {
+                break;
+            };
+            left = pca;
+            repeats = rhythm(&left, self.times);
+        }
+        Parted { left, half_cycles, repeats }
+    }
 }
 
 /// The PCA without what `half_cycles` half cycles and fewer span.
@@ -178,9 +219,14 @@ mod tests {
 
     /// A trunk that widens by `drift` over the clip, with two legs that swing every nine frames.
     fn clip(frames: usize, drift: f64) -> Vec<Mask> {
+        swinging(frames, drift, 9.0)
+    }
+
+    /// The same, every so many frames.
+    fn swinging(frames: usize, drift: f64, period_frames: f64) -> Vec<Mask> {
         (0..frames)
             .map(|t| {
-                let swing = (TAU * t as f64 / 9.0).sin_cos();
+                let swing = (TAU * t as f64 / period_frames).sin_cos();
                 let half_width = 20.0 + drift * t as f64 / frames as f64;
                 Mask::from_fn(120, 60, |x, y| {
                     let (x, y) = (x as f64 - 60.0, y as f64 - 20.0);
@@ -231,6 +277,20 @@ mod tests {
         // Two and a half repeats, and of the drift alone none.
         assert!(apart(22, 4.0).is_none());
         assert!(apart(10, 24.0).is_none());
+    }
+
+    #[test]
+    fn a_rhythm_is_not_taken_out_as_slow_beside_its_second_harmonic() {
+        // Legs that cross nine and a half times in 120 frames, of which 24 are hidden: beside the fastest rhythm that is
+        // looked for, and so beside the second harmonic, what is slow is all but the rhythm.
+        let step = 12.15;
+        let masks = swinging(120, 12.0, step);
+        let times: Vec<usize> = (0..120).filter(|t| !(52..76).contains(t)).collect();
+        let seen: Vec<&Mask> = times.iter().map(|t| &masks[*t]).collect();
+        let gram = CentredGram::of(&Changes::of(&seen).unwrap());
+        let (_, drift) = fit(&gram, &times, 6, TrendRemoval::On).unwrap();
+        let drift = drift.unwrap();
+        assert!((drift.repeats_a_frame * step - 1.0).abs() < 0.02, "{drift:?}");
     }
 
     #[test]

@@ -69,7 +69,8 @@ impl Hardship {
     ];
 }
 
-/// A walking horse under one hardship, filmed by a camera that stands still or pans along.
+/// A walking horse under one hardship, filmed by a camera that stands still or pans along. Its step, which is what its
+/// outline repeats with, takes [`HardFootage::STEP_FRAMES`].
 #[derive(Clone, Debug)]
 pub struct HardFootage {
     hardship: Hardship,
@@ -83,6 +84,9 @@ pub struct HardFootage {
 }
 
 impl HardFootage {
+    /// Frames a step of the walk, half a stride.
+    pub const STEP_FRAMES: f64 = STRIDE_FRAMES / 2.0;
+
     /// So many frames of it; nothing is drawn yet.
     #[must_use]
     pub fn new(hardship: Hardship, pans: bool, frames: usize, seed: u64) -> Self {

@@ -237,6 +237,10 @@ fn what_was_hidden_stays_out_of_the_analysis_and_is_bridged_in_the_animation() {
     let hidden: Vec<usize> = (0..frames).filter(hidden).collect();
     assert!(hidden.len() > 4 && hidden.iter().all(|t| bad.contains(t)), "{hidden:?} {bad:?}");
     assert!(bad.len() < frames / 2, "{bad:?}");
+    // The step and not half of it, whatever is taken for slow beside the gap.
+    let step_frames = diagnosis["step_frames"].as_f64().unwrap();
+    let planted_step = HardFootage::STEP_FRAMES;
+    assert!((step_frames / planted_step - 1.0).abs() < 0.02, "{step_frames} for {planted_step}");
 
     let table = fs::read_to_string(desk.path("shot/analysis/projections.csv")).unwrap();
     let (used, pc1) = (column(&table, "used"), column(&table, "pc1"));
