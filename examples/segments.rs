@@ -13,7 +13,7 @@ use muybridge::validate::{Shooting, Unsteady};
 
 #[path = "support/acts.rs"]
 mod acts;
-use acts::Act::{self, Cycle, Hold, Once};
+use acts::Act::{self, Cycle, Hold, Once, Onward};
 
 const GALLOP: &str = "AnimalArmature|Gallop";
 const WALK: &str = "AnimalArmature|Walk";
@@ -26,9 +26,13 @@ fn scripts() -> Vec<Script> {
     let jump = |frames| vec![Cycle(GALLOP, 56, 14.0), Once(JUMP, frames), Cycle(GALLOP, 56, 14.0)];
     let (run, leap) = ("Armature|Triceratops_Run", "Armature|Triceratops_Jump");
     let stop = |frames| vec![Cycle("walk", 60, 24.3), Hold(frames), Cycle("walk", 60, 24.3)];
+    let halt = |gait, frames| vec![Cycle(gait, 66, 24.3), Hold(frames), Onward(gait, 66, 24.3)];
     vec![
         ("walk, stop, walk", None, stop(30)),
         ("walk, short stop, walk", None, stop(15)),
+        ("walk, halt, walk on", None, halt("walk", 12)),
+        ("gallop, halt, gallop on", None, halt("gallop", 15)),
+        ("gallop, long halt, gallop on", None, halt("gallop", 30)),
         ("walk, gallop", None, vec![Cycle("walk", 75, 24.3), Cycle("gallop", 60, 14.0)]),
         ("walk, trot", None, vec![Cycle("walk", 75, 24.3), Cycle("trot", 60, 18.0)]),
         ("horse: gallop, jump, gallop", Some("quaternius_horse.glb"), jump(35)),
@@ -113,7 +117,7 @@ fn planted(acts: &[Act]) -> String {
         .map(|act| {
             let first = at;
             at += act.frames();
-            let none = !matches!(act, Cycle(clip, ..) if !clip.contains("Idle") && !clip.contains("Eating"));
+            let none = !matches!(act, Cycle(clip, ..) | Onward(clip, ..) if !clip.contains("Idle") && !clip.contains("Eating"));
             format!("{first}–{at}{}", if none { " x" } else { "" })
         })
         .collect::<Vec<_>>()

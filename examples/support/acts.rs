@@ -17,6 +17,8 @@ use muybridge::validate::{Shooting, Truth};
 pub(crate) enum Act<'a> {
     /// A clip that repeats: name, frames, frames a cycle.
     Cycle(&'a str, usize, f64),
+    /// The same, from where the last one that repeats was.
+    Onward(&'a str, usize, f64),
     /// The pose of the frame before, held.
     Hold(usize),
     /// A clip from its beginning to its end in so many frames.
@@ -28,7 +30,10 @@ impl Act<'_> {
     /// How long it is.
     pub(crate) fn frames(&self) -> usize {
         match *self {
-            Act::Cycle(_, frames, _) | Act::Hold(frames) | Act::Once(_, frames) => frames,
+            Act::Cycle(_, frames, _)
+            | Act::Onward(_, frames, _)
+            | Act::Hold(frames)
+            | Act::Once(_, frames) => frames,
         }
     }
 }
@@ -45,11 +50,12 @@ pub(crate) fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
             for act in acts {
                 match *act {
                     Act::Hold(frames) => hold(&mut poses, &mut phases, frames),
-                    Act::Cycle(clip, frames, period) => {
+                    Act::Cycle(clip, frames, period) | Act::Onward(clip, frames, period) => {
                         let animation = file.animation(clip)?;
                         driven = animation.driven(file.skeleton());
+                        let start = beginning(*act, &phases);
                         for t in 0..frames {
-                            let at = t as f64 / period;
+                            let at = start + t as f64 / period;
                             let s = at.fract() * animation.duration_s();
                             poses.push(animation.sample(file.skeleton(), s));
                             phases.push(at);
@@ -73,10 +79,11 @@ pub(crate) fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
             let model = horse();
             for act in acts {
                 match *act {
-                    Act::Cycle(gait, frames, period) => {
+                    Act::Cycle(gait, frames, period) | Act::Onward(gait, frames, period) => {
                         let gait: Gait = gait.parse()?;
+                        let start = beginning(*act, &phases);
                         for t in 0..frames {
-                            let at = t as f64 / period;
+                            let at = start + t as f64 / period;
                             poses.push(gait.pose(&model.skeleton, at).pose);
                             phases.push(at);
                         }
@@ -93,6 +100,12 @@ pub(crate) fn truth(rig: Option<&Path>, acts: &[Act]) -> anyhow::Result<Truth> {
         }
     };
     Ok(Truth { model, driven, poses, phases_cycles: phases, in_plane_rad: None })
+}
+
+/// Cycles at an act's first frame.
+fn beginning(act: Act, phases: &[f64]) -> f64 {
+    let Act::Onward(_, _, period) = act else { return 0.0 };
+    phases.iter().rfind(|p| p.is_finite()).map_or(0.0, |last| last + 1.0 / period)
 }
 
 fn hold(poses: &mut Vec<Pose>, phases: &mut Vec<f64>, frames: usize) {

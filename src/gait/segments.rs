@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use crate::numeric::{Coefficients, median};
 
+mod still;
 mod window;
 
 use window::Rows;
@@ -77,15 +78,15 @@ pub fn stretches(scores: &Coefficients, variance_shares: &[f64], used: &[bool]) 
     if runs.is_empty() {
         return whole(false);
     }
-    if runs.len() == 1 && runs[0].frames == (0..clip.frames()) {
-        return whole(true);
+    if runs.len() > 1 || runs[0].frames != (0..clip.frames()) {
+        let refined: Vec<Range<usize>> = runs.iter().map(|run| clip.extent(run)).collect();
+        for (run, frames) in runs.iter_mut().zip(refined) {
+            run.frames = frames;
+        }
+        settle(&mut runs);
+        merge(&clip, &mut runs);
     }
-    let refined: Vec<Range<usize>> = runs.iter().map(|run| clip.extent(run)).collect();
-    for (run, frames) in runs.iter_mut().zip(refined) {
-        run.frames = frames;
-    }
-    settle(&mut runs);
-    merge(&clip, &mut runs);
+    let runs: Vec<Run> = runs.iter().flat_map(|run| without_stops(&clip, run)).collect();
     fill(&runs, clip.frames())
 }
 
@@ -98,6 +99,10 @@ struct Run {
 }
 
 impl Run {
+    fn is_long_enough(&self) -> bool {
+        self.frames.len() as f64 >= LEAST_PERIODS * self.period
+    }
+
     /// The same in a clip of `n` frames that runs backwards.
     fn mirrored(&self, n: usize) -> Run {
         Run { frames: n - self.frames.end..n - self.frames.start, period: self.period }
@@ -243,7 +248,14 @@ fn settle(runs: &mut Vec<Run>) {
             runs[k].frames.start = middle;
         }
     }
-    runs.retain(|run| run.frames.len() as f64 >= LEAST_PERIODS * run.period);
+    runs.retain(Run::is_long_enough);
+}
+
+/// A run without the stops in it; what lies between two and is too short is left out with them.
+fn without_stops(clip: &Rows, run: &Run) -> Vec<Run> {
+    let parts = still::moving(clip, run).into_iter();
+    let runs = parts.map(|frames| Run { frames, period: run.period });
+    runs.filter(Run::is_long_enough).collect()
 }
 
 /// Joins neighbours with less than half a period between them when one cycle explains both; else they meet in the

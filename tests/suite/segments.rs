@@ -74,6 +74,19 @@ fn a_stop_and_a_change_of_gait_are_cut_out_and_the_rest_is_judged_by_itself() {
 }
 
 #[test]
+fn a_halt_of_half_a_stride_is_cut_out_of_a_gait_that_goes_on_as_it_was() {
+    for (gait, frames) in [("walk", 12), ("walk", 20), ("gallop", 15), ("gallop", 30)] {
+        let halt = [Act::Cycle(gait, 66, 24.3), Act::Hold(frames), Act::Onward(gait, 66, 24.3)];
+        let truth = acts::truth(None, &halt).unwrap();
+        for yaw in [0.0, 20.0] {
+            let found = analysed(&truth, &shooting(yaw), SegmentChoice::Auto);
+            let planted = [(66, true), (66 + frames, false), (132 + frames, true)];
+            assert!(is_cut(&found, &planted, 6), "{gait} {frames} {yaw}: {:?}", ends(&found));
+        }
+    }
+}
+
+#[test]
 fn a_jump_in_a_gallop_is_cut_out_on_every_rig() {
     let Some(data) = data_folder() else { return };
     for (name, jump) in [("horse", 35), ("alpaca", 40), ("husky", 24)] {

@@ -121,6 +121,31 @@ fn a_stop_a_jump_and_a_change_of_gait_are_cut_where_they_are() {
 }
 
 #[test]
+fn a_stop_that_is_shorter_than_the_windows_is_cut_out_where_the_gait_goes_on_as_it_was() {
+    for seed in 0..4 {
+        for (period, stop) in [(12.0, 8), (12.0, 15), (24.0, 14), (24.0, 24), (24.0, 36)] {
+            // Which place in the cycle it stops at is another one each time.
+            let halt = 84 + 3 * seed as usize;
+            let (from, until) = (halt as f64, halt + stop);
+            let clip = Clip::new().gait(2, halt, |t| t / period).hold(stop);
+            let clip = clip.gait(2, 84, |t| (from + t) / period);
+            let found = clip.ends([0.02, 0.15][seed as usize % 2], seed);
+            let planted = [(halt, true), (until, false), (until + 84, true)];
+            let slack = (0.35_f64 * period).ceil() as usize;
+            assert!(near(&found, &planted, slack), "{period} {stop}: {found:?} for {planted:?}");
+        }
+        // What is shorter than half of a period is left to the phase.
+        let pause = Clip::new().gait(2, 66, |t| t / 24.0).hold(7);
+        let pause = pause.gait(2, 66, |t| (66.0 + t) / 24.0);
+        assert_eq!(pause.cut(0.05, seed, |_| true), "0..139");
+        // An animal that stands, goes and stands again.
+        let walk = Clip { rows: vec![cycle(1, 0.0); 18] }.gait(1, 60, |t| t / 12.0).hold(18);
+        let found = walk.ends(0.05, seed);
+        assert!(near(&found, &[(18, false), (78, true), (96, false)], 5), "{found:?}");
+    }
+}
+
+#[test]
 fn what_has_no_gait_is_one_stretch_without() {
     let still = Clip::new().gait(1, 1, |_| 0.0).hold(59);
     assert_eq!(still.cut(0.3, 1, |_| true).split(' ').count(), 1);

@@ -24,6 +24,9 @@ const COMPONENTS: usize = 8;
 /// A frame belongs to a stretch while this share of the cycle's power is the most that it misses it by.
 const MISSES_BY: f64 = 0.5;
 
+/// Share of frames that must be used for their variance to be told.
+const SEEN_SHARE: f64 = 0.75;
+
 /// How far the phase is looked for beside where the speed of the stretch puts it, cycles, and the share of
 /// what is found that it is moved by. It cannot stand still: at twelve frames a period it goes on by .083.
 const PHASE_SEARCH: f64 = 0.1;
@@ -95,6 +98,21 @@ impl Rows {
         let count = f64::max(count, 1.0);
         let mean = values.iter().zip(&slope).map(|(v, k)| (v - k * sum) / count).collect();
         (mean, slope)
+    }
+
+    /// Variance of some frames' rows about their own mean, summed over the components; `None` where too few of them are
+    /// used to speak for all.
+    pub(super) fn variance(&self, frames: &Range<usize>) -> Option<f64> {
+        let seen: Vec<usize> = frames.clone().filter(|&t| self.used[t]).collect();
+        let count = seen.len() as f64;
+        if seen.len() < 2 || count < SEEN_SHARE * frames.len() as f64 {
+            return None;
+        }
+        let of_component = |c: usize| -> f64 {
+            let mean = seen.iter().map(|&t| self.row(t)[c]).sum::<f64>() / count;
+            seen.iter().map(|&t| (self.row(t)[c] - mean).powi(2)).sum::<f64>() / (count - 1.0)
+        };
+        Some((0..self.components).map(of_component).sum())
     }
 
     /// Fits one cycle to a window. With `level`, a straight line is taken out first.

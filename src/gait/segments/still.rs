@@ -1,0 +1,57 @@
+//! Where an animal stands in the middle of its gait.
+//!
+//! A stop of a period or so is lost on windows of three: they hold as much of the gait on either side as ever, with
+//! one cycle, and the phase that is fitted to them runs through the stop a whole cycle ahead. But within half of a period
+//! every gait gets along on its cycle, and as far once a period as the next: what is slowest of a stop is not.
+
+use std::ops::Range;
+
+use super::Run;
+use super::window::Rows;
+use crate::numeric::median;
+
+/// Length of the windows that are looked at, periods; no stop that is shorter is found. The phase follows those.
+const WINDOW_PERIODS: f64 = 0.5;
+
+/// Fewest frames of a window.
+const LEAST_FRAMES: usize = 4;
+
+/// A window is still when its frames vary by less than this share of what the slowest window of a period usually does.
+const STILL_SHARE: f64 = 0.5;
+
+/// Within half of a period a sinusoid varies by .59 of its variance. What varies by less than this in the middle is a part
+/// of something slower, the period is not the motion's own, and nothing is said.
+const LEAST_OF_ALL: f64 = 0.4;
+
+/// The parts of a run that lie between the stretches in which nothing moves, in order; the whole run where there are none.
+pub(super) fn moving(clip: &Rows, run: &Run) -> Vec<Range<usize>> {
+    let mut parts = vec![run.frames.clone()];
+    let length = ((WINDOW_PERIODS * run.period).ceil() as usize).max(LEAST_FRAMES);
+    let variance = |from: usize| Some((from, clip.variance(&(from..from + length))?));
+    let inside = run.frames.start..(run.frames.end + 1).saturating_sub(length);
+    let inside: Vec<(usize, f64)> = inside.filter_map(variance).collect();
+    let all: Vec<f64> = inside.iter().map(|window| window.1).collect();
+    if clip.variance(&run.frames).is_none_or(|whole| median(&all) < LEAST_OF_ALL * whole) {
+        return parts;
+    }
+    let limit = STILL_SHARE * median(&slowest(&inside, run.period));
+    // A stop at which the run ends reaches beyond it.
+    let last = (run.frames.end + length).min(clip.frames()) - length;
+    let about = run.frames.start.saturating_sub(length)..=last;
+    for (from, _) in about.filter_map(variance).filter(|window| window.1 < limit) {
+        // Windows come in order: only the last part can be cut.
+        let Some(part) = parts.pop() else { break };
+        let (before, after) = (part.start..from.min(part.end), (from + length)..part.end);
+        parts.extend(
+            [before, after.start.max(part.start)..part.end].into_iter().filter(|p| !p.is_empty()),
+        );
+    }
+    parts
+}
+
+/// For every window what the slowest one within half a period of it varies by.
+fn slowest(windows: &[(usize, f64)], period: f64) -> Vec<f64> {
+    let reach = (period / 2.0).ceil() as usize;
+    let near = |from: usize| windows.iter().filter(move |other| other.0.abs_diff(from) <= reach);
+    windows.iter().map(|w| near(w.0).map(|other| other.1).fold(f64::INFINITY, f64::min)).collect()
+}
