@@ -16,7 +16,7 @@ const CURVE_STEPS: usize = 8192;
 pub(super) const LIGHTNESS_STEPS: f32 = 2.0;
 
 /// Rectangle of pixels: columns `left..right` of rows `top..bottom`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Region {
     pub(super) left: usize,
     pub(super) top: usize,

@@ -144,77 +144,89 @@ impl Kernel for Comparison<'_> {
         let (w, h) = (frame.width(), frame.height());
         let mut there: [BoxRow; 3] = std::array::from_fn(|_| BoxRow::new(w));
         for (y, distances) in distances.chunks_exact_mut(w.max(1)).enumerate() {
-            let row = y * w..(y + 1) * w;
             for (boxes, plane) in there.iter_mut().zip(other.planes()) {
                 boxes.look(plane, h, y);
             }
-            let planes = [frame.planes(), &own.low, &own.high, other.planes()];
-            let rows = planes.map(|planes| planes.each_ref().map(|plane| &plane[row.clone()]));
-            for (at, distances) in distances.chunks_mut(BLOCK).enumerate() {
-                let boxes = there.each_ref().map(|boxes| (&boxes.low[at], &boxes.high[at]));
-                if let Ok(distances) = <&mut Block>::try_from(&mut *distances) {
-                    let [seen, low, high, shown] =
-                        rows.map(|planes| planes.map(|plane| block(plane, at)));
-                    let own = std::array::from_fn(|c| (low[c], high[c]));
-                    *distances = compared(seen, own, shown, boxes);
-                } else {
-                    let blocks = rows.map(|planes| planes.map(|plane| last_block(plane, at)));
-                    let [seen, low, high, shown] = blocks.each_ref().map(<[Block; 3]>::each_ref);
-                    let own = std::array::from_fn(|c| (low[c], high[c]));
-                    let all = compared(seen, own, shown, boxes);
-                    distances.copy_from_slice(&all[..distances.len()]);
-                }
+            let row = y * w..(y + 1) * w;
+            let channel = |c: usize| Channel {
+                seen: &frame.planes()[c][row.clone()],
+                own: (&own.low[c][row.clone()], &own.high[c][row.clone()]),
+                shown: &other.planes()[c][row.clone()],
+                there: (there[c].low.as_flattened(), there[c].high.as_flattened()),
+            };
+            // The `map` of an array is not compiled into a kernel.
+            let channels = [channel(0), channel(1), channel(2)];
+            match w {
+                BLOCK.. => compare_row::<BLOCK>(&channels, distances),
+                8.. => compare_row::<8>(&channels, distances),
+                _ => compare_row::<1>(&channels, distances),
             }
         }
     }
 }
 
-/// What there is of block `at` of a row.
-#[inline(always)]
-fn last_block(row: &[u8], at: usize) -> Block {
-    let mut block = [0; BLOCK];
-    let end = &row[at * BLOCK..];
-    block[..end.len()].copy_from_slice(end);
-    block
+/// What is compared of one plane's row, the boxes as the least and the greatest values.
+struct Channel<'a> {
+    seen: &'a [u8],
+    own: (&'a [u8], &'a [u8]),
+    shown: &'a [u8],
+    there: (&'a [u8], &'a [u8]),
 }
 
-/// Distances of a block of pixels of three planes, with their own boxes, from those of another picture and
-/// their boxes: the least and the greatest values.
+/// Distances of a row of `N` pixels or more, `N` at a time; some of the last ones are worked out twice.
 #[inline(always)]
-fn compared(
-    seen: [&Block; 3],
-    own: [(&Block, &Block); 3],
-    shown: [&Block; 3],
-    there: [(&Block, &Block); 3],
-) -> Block {
-    let [mut here, mut back] = [[0_u16; BLOCK]; 2];
-    // To half units: bytes of L* are, those of a* and b* are whole ones.
-    add_squares::<false>(&mut here, seen[0], there[0]);
-    add_squares::<false>(&mut back, shown[0], own[0]);
-    for c in 1..3 {
-        add_squares::<true>(&mut here, seen[c], there[c]);
-        add_squares::<true>(&mut back, shown[c], own[c]);
+fn compare_row<const N: usize>(channels: &[Channel; 3], distances: &mut [u8]) {
+    for at in (0..distances.len()).step_by(N) {
+        let start = at.min(distances.len() - N);
+        distances[start..start + N].copy_from_slice(&compared::<N>(channels, start));
     }
-    let mut distances = [0; BLOCK];
-    for i in 0..BLOCK {
+}
+
+/// Distances of the pixels from `start` on.
+#[inline(always)]
+fn compared<const N: usize>(channels: &[Channel; 3], start: usize) -> [u8; N] {
+    let [mut here, mut back] = [[0_u16; N]; 2];
+    // To half units: bytes of L* are, those of a* and b* are whole ones.
+    for (c, channel) in channels.iter().enumerate() {
+        let Channel { seen, own, shown, there } = channel;
+        add_squares(&mut here, piece(seen, start), ends(*there, start), c > 0);
+        add_squares(&mut back, piece(shown, start), ends(*own, start), c > 0);
+    }
+    let mut distances = [0; N];
+    for i in 0..N {
         let root = f32::from(here[i].max(back[i])).sqrt();
         distances[i] = whole_part(root.min(f32::from(UNKNOWN - 1))) as u8;
     }
     distances
 }
 
+/// The `N` pixels from `start` on, which there are.
+#[inline(always)]
+fn piece<const N: usize>(row: &[u8], start: usize) -> &[u8; N] {
+    &row[start..].as_chunks().0[0]
+}
+
+#[inline(always)]
+fn ends<'a, const N: usize>(
+    (low, high): (&'a [u8], &'a [u8]),
+    start: usize,
+) -> (&'a [u8; N], &'a [u8; N]) {
+    (piece(low, start), piece(high, start))
+}
+
 /// Adds the squared distances of values from the intervals `low..=high`, the distances doubled or
 /// not. What does not fit 8 and 16 bits on the way is a distance of 255 and more, all of which are
 /// one in the end.
 #[inline(always)]
-fn add_squares<const DOUBLED: bool>(
-    sums: &mut [u16; BLOCK],
-    values: &Block,
-    (low, high): (&Block, &Block),
+fn add_squares<const N: usize>(
+    sums: &mut [u16; N],
+    values: &[u8; N],
+    (low, high): (&[u8; N], &[u8; N]),
+    doubled: bool,
 ) {
-    for i in 0..BLOCK {
+    for i in 0..N {
         let d = low[i].saturating_sub(values[i]).max(values[i].saturating_sub(high[i]));
-        let d = u16::from(if DOUBLED { d.saturating_add(d) } else { d });
+        let d = u16::from(if doubled { d.saturating_add(d) } else { d });
         sums[i] = sums[i].saturating_add(d * d);
     }
 }

@@ -52,6 +52,8 @@ pub(super) struct Warped {
     pub(super) outside: Vec<u8>,
     /// [`UNKNOWN`] where it has nothing or may have the animal, else 0.
     pub(super) not_background: Vec<u8>,
+    /// What of the other picture is looked at.
+    window: Window,
 }
 
 impl Warped {
@@ -60,7 +62,7 @@ impl Warped {
         let plane = || vec![0; region.pixels()];
         let image =
             LabImage::from_planes(region.width(), region.height(), [plane(), plane(), plane()]);
-        Self { image, outside: plane(), not_background: plane() }
+        Self { image, outside: plane(), not_background: plane(), window: Window::default() }
     }
 
     /// `other` is at least two pixels wide and high.
@@ -83,7 +85,8 @@ impl Warped {
     fn lay_moved(&mut self, other: &Source, to_other: &Matrix3<f64>, region: Region) {
         let w = region.width();
         let way = Way::new(to_other, other, region);
-        let other = Window::of(other, way.seen(region));
+        self.window.show(other, way.seen(region));
+        let other = &self.window;
         let spans = w.div_ceil(SPAN);
         let mut row = Row::new(spans);
         let mut places = vec![(0.0, 0.0); spans + 1];
@@ -91,7 +94,7 @@ impl Warped {
             way.places(region.left as f32, y as f32, &mut places);
             for (at, ends) in places.array_windows().enumerate() {
                 let first = ((region.left + at * SPAN) as f32, y as f32);
-                row.outside[at] = way.look(&other, first, *ends, at, &mut row);
+                row.outside[at] = way.look(other, first, *ends, at, &mut row);
             }
             let here = (y - region.top) * w..(y - region.top + 1) * w;
             let [l, a, b] = self.image.planes_mut().each_mut().map(|p| &mut p[here.clone()]);
@@ -324,7 +327,8 @@ mod tests {
             let warped = Warped::of(&other, &m, region);
             let mut way = Way::new(&m, &other, region);
             way.in_front = false;
-            let window = Window::of(&other, way.seen(region));
+            let mut window = Window::default();
+            window.show(&other, way.seen(region));
             for y in 0..20 {
                 let ends = |x: usize| [x, x + SPAN].map(|x| way.place(x as f32, y as f32));
                 for x in [0, SPAN, 2 * SPAN] {

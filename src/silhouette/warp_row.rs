@@ -30,14 +30,20 @@ const LANES: usize = 2;
 type Lanes = [u16; LANES * SPAN];
 
 /// A part of another picture, its four planes in one.
+#[derive(Default)]
 pub(super) struct Window {
     region: Region,
     pixels: Vec<u16>,
 }
 
 impl Window {
-    pub(super) fn of(other: &Source, region: Region) -> Self {
-        let mut pixels = vec![0; LANES * region.pixels()];
+    /// Shows another part of a picture, or of another one, in the place of the one before.
+    #[inline(always)]
+    pub(super) fn show(&mut self, other: &Source, region: Region) {
+        self.region = region;
+        let pixels = &mut self.pixels;
+        // Of what it held before nothing stays: the rows are all there is.
+        pixels.resize(LANES * region.pixels(), 0);
         let rows = pixels.chunks_exact_mut((LANES * region.width()).max(1));
         for (y, row) in (region.top..region.bottom).zip(rows) {
             let at = y * other.width();
@@ -48,7 +54,6 @@ impl Window {
                 *to = [u16::from_le_bytes([*l, *a]), u16::from_le_bytes([*b, *animal])];
             }
         }
-        Self { region, pixels }
     }
 
     /// Where the pixel at column `x` and row `y` of the picture is, which lies inside.
@@ -63,12 +68,17 @@ impl Window {
         LANES * (corner + 2 * self.region.width() + COLUMNS) <= self.pixels.len()
     }
 
-    /// The eight pixels from `at` on; nothing beyond the end.
+    /// The lanes of some pixels side by side, from `at` on; nothing where there are fewer.
     #[inline(always)]
-    fn eight(&self, at: usize) -> Lanes {
-        let lanes = self.pixels.get(LANES * at..LANES * (at + SPAN));
-        lanes.and_then(|lanes| lanes.first_chunk()).copied().unwrap_or_default()
+    fn side_by_side<const N: usize>(&self, at: usize) -> &[u16; N] {
+        self.pixels.get(LANES * at..).and_then(|pixels| pixels.first_chunk()).unwrap_or(&[0; N])
     }
+}
+
+/// Eight of some pixels, without the first ones.
+#[inline(always)]
+fn eight<const N: usize>(pixels: &[u16; N], without: usize) -> Lanes {
+    pixels[LANES * without..].first_chunk().copied().unwrap_or_default()
 }
 
 /// What the points of a row lie between, span by span; the last span may reach beyond the region. All
@@ -156,9 +166,11 @@ impl Row {
     /// Eight pixels side by side.
     #[inline(always)]
     fn gather_row(&mut self, at: usize, other: &Window, corner: usize) {
-        let below = corner + other.region.width();
-        for (to, from) in self.corners.iter_mut().zip([corner, corner + 1, below, below + 1]) {
-            to[at] = other.eight(from);
+        for (y, corners) in self.corners.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let row: &[u16; LANES * (SPAN + 1)] =
+                other.side_by_side(corner + y * other.region.width());
+            corners[0][at] = eight(row, 0);
+            corners[1][at] = eight(row, 1);
         }
     }
 
@@ -178,10 +190,13 @@ impl Row {
             std::array::from_fn(|i| here[i] & !mask[i] | there[i] & mask[i])
         };
         // Left and right neighbours of all eight in three rows, of which each needs two.
-        let [above, middle, below] = [0, 1, 2].map(|y| {
-            let [a, b, c] = [0, 1, 2].map(|x| other.eight(corner + y * w + x));
+        // (The `map` of an array is not compiled into a kernel.)
+        let sides = |at: usize| {
+            let row: &[u16; LANES * COLUMNS] = other.side_by_side(at);
+            let (a, b, c) = (eight(row, 0), eight(row, 1), eight(row, 2));
             [either(&a, &b, &along), either(&b, &c, &along)]
-        });
+        };
+        let (above, middle, below) = (sides(corner), sides(corner + w), sides(corner + 2 * w));
         for x in 0..2 {
             self.corners[x][at] = either(&above[x], &middle[x], &across);
             self.corners[2 + x][at] = either(&middle[x], &below[x], &across);
@@ -301,7 +316,8 @@ mod tests {
             let picture = LabImage::from_planes(24, 9, [plane(0), plane(1), plane(2)]);
             let animal = Mask::from_fn(24, 9, |x, y| (x * y) % 3 == 1);
             let all = Region { left: 0, top: 0, right: 24, bottom: 9 };
-            let other = Window::of(&Source::of(&picture, &animal), all);
+            let mut other = Window::default();
+            other.show(&Source::of(&picture, &animal), all);
             let along = if far { 2.0 - step.0 } else { step.0 };
             let end = |start: f32, step: f32, last: f32| {
                 (start + SPAN as f32 * step).clamp(0.0, last - 0.51)
