@@ -2,7 +2,8 @@
 //!
 //! A stop of a period or so is lost on windows of three: they hold as much of the gait on either side as ever, with
 //! one cycle, and the phase that is fitted to them runs through the stop a whole cycle ahead. But within half of a period
-//! every gait gets along on its cycle, and as far once a period as the next: what is slowest of a stop is not.
+//! every gait gets along on its cycle, and in the slowest half of one period about as far as in that of the next; in a
+//! stop nothing but noise moves.
 
 use std::ops::Range;
 
@@ -41,10 +42,9 @@ pub(super) fn moving(clip: &Rows, run: &Run) -> Vec<Range<usize>> {
     for (from, _) in about.filter_map(variance).filter(|window| window.1 < limit) {
         // Windows come in order: only the last part can be cut.
         let Some(part) = parts.pop() else { break };
-        let (before, after) = (part.start..from.min(part.end), (from + length)..part.end);
-        parts.extend(
-            [before, after.start.max(part.start)..part.end].into_iter().filter(|p| !p.is_empty()),
-        );
+        let before = part.start..from.min(part.end);
+        let after = part.start.max(from + length)..part.end;
+        parts.extend([before, after].into_iter().filter(|part| !part.is_empty()));
     }
     parts
 }
