@@ -77,7 +77,7 @@ pub(super) fn fit(
     if removal == TrendRemoval::Auto && !leads {
         return Ok((plain, None));
     }
-    let (left, drift) = parted(gram, &plain, times, components);
+    let (left, drift) = Parting { gram, plain: &plain, times, components }.parted();
     if removal == TrendRemoval::On || drift.share >= LEAST_SHARE {
         return Ok((left, Some(drift)));
     }
@@ -98,34 +98,8 @@ pub(super) fn fit_rhythm(
     if repeats * (span as f64) < LEAST_REPEATS {
         return None;
     }
-    let (left, drift) = parted(gram, plain, times, components);
+    let (left, drift) = Parting { gram, plain, times, components }.parted();
     same_rhythm(drift.repeats_a_frame, repeats).then_some((left, drift))
-}
-
-/// What repeats, apart from what is slow beside it, and what that is.
-fn parted(
-    gram: &CentredGram,
-    plain: &ImagePca,
-    times: &[usize],
-    components: usize,
-) -> (ImagePca, ShapeDrift) {
-    let span = times.last().map_or(0, |t| t + 1);
-    let settle = |repeats| Parting { gram, plain, times, components }.settled(repeats);
-    // From above: a slow part cannot win by what leaks from it.
-    let mut found = settle(FASTEST_REPEATS);
-    // But of a rhythm that is slow to begin with its second harmonic may be left, and hold its own: what is too slow for
-    // that is a little less than the rhythm, and more of it where frames are missing.
-    let before = rhythm(plain, times);
-    if same_rhythm(found.repeats, 2.0 * before) {
-        let slower = settle(before);
-        if same_rhythm(slower.repeats, before) {
-            found = slower;
-        }
-    }
-    let Parted { left, half_cycles, repeats } = found;
-    let share = 1.0 - left.total_variance / plain.total_variance;
-    let repeats_a_frame = refined(&left, times, span, half_cycles, repeats);
-    (left, ShapeDrift { share, half_cycles, repeats_a_frame, removed: true })
 }
 
 /// Whether two frequencies, cycles a frame, are those of one rhythm.
@@ -151,17 +125,36 @@ struct Parted {
 }
 
 impl Parting<'_> {
+    /// What repeats, apart from what is slow beside it, and what that is.
+    fn parted(&self) -> (ImagePca, ShapeDrift) {
+        // From above: a slow part cannot win by what leaks from it.
+        let mut found = self.settled(FASTEST_REPEATS);
+        // But of a rhythm that is slow to begin with its second harmonic may be left, and hold its own: what is too slow
+        // for that is a little less than the rhythm, and more of it where frames are missing.
+        let before = rhythm(self.plain, self.times);
+        if same_rhythm(found.repeats, 2.0 * before) {
+            let slower = self.settled(before);
+            if same_rhythm(slower.repeats, before) {
+                found = slower;
+            }
+        }
+        let Parted { left, half_cycles, repeats } = found;
+        let share = 1.0 - left.total_variance / self.plain.total_variance;
+        let repeats_a_frame = refined(&left, self.times, self.span(), half_cycles, repeats);
+        (left, ShapeDrift { share, half_cycles, repeats_a_frame, removed: true })
+    }
+
     /// Takes out what is slow beside a rhythm of `repeats` a frame, and again beside the one that is left, until it stays.
     fn settled(&self, mut repeats: f64) -> Parted {
-        let span = self.times.last().map_or(0, |t| t + 1);
         let (mut left, mut half_cycles) = (self.plain.clone(), usize::MAX);
         for _ in 0..ROUNDS {
-            let slower = (2.0 * span as f64 * SLOW_SHARE * repeats) as usize;
+            let slower = (2.0 * self.span() as f64 * SLOW_SHARE * repeats) as usize;
             if slower == half_cycles {
                 break;
             }
             half_cycles = slower;
-            let Ok(pca) = removed(self.gram, self.times, span, half_cycles, self.components) else {
+            let slow = slow_basis(self.times, self.span(), half_cycles);
+            let Ok(pca) = ImagePca::of_gram(&self.gram.without(&slow), self.components) else {
                 break;
             };
             left = pca;
@@ -169,17 +162,10 @@ impl Parting<'_> {
         }
         Parted { left, half_cycles, repeats }
     }
-}
 
-/// The PCA without what `half_cycles` half cycles and fewer span.
-fn removed(
-    gram: &CentredGram,
-    times: &[usize],
-    span: usize,
-    half_cycles: usize,
-    components: usize,
-) -> Result<ImagePca> {
-    ImagePca::of_gram(&gram.without(&slow_basis(times, span, half_cycles)), components)
+    fn span(&self) -> usize {
+        self.times.last().map_or(0, |t| t + 1)
+    }
 }
 
 /// Share of PC1's variance that does not repeat.

@@ -106,7 +106,7 @@ impl BoxRow {
 /// Block `at` of a row that has it.
 #[inline(always)]
 fn block(row: &[u8], at: usize) -> &Block {
-    &row.as_chunks().0[at]
+    piece(row, at * BLOCK)
 }
 
 /// `pick` over each three neighbours.

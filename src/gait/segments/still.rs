@@ -28,18 +28,20 @@ const LEAST_OF_ALL: f64 = 0.4;
 pub(super) fn moving(clip: &Rows, run: &Run) -> Vec<Range<usize>> {
     let mut parts = vec![run.frames.clone()];
     let length = ((WINDOW_PERIODS * run.period).ceil() as usize).max(LEAST_FRAMES);
-    let variance = |from: usize| Some((from, clip.variance(&(from..from + length))?));
-    let inside = run.frames.start..(run.frames.end + 1).saturating_sub(length);
-    let inside: Vec<(usize, f64)> = inside.filter_map(variance).collect();
+    // A stop at which the run begins or ends reaches beyond it.
+    let last = (run.frames.end + length).min(clip.frames()) - length;
+    let starts = run.frames.start.saturating_sub(length)..=last;
+    let windows: Vec<(usize, f64)> =
+        starts.filter_map(|from| Some((from, clip.variance(&(from..from + length))?))).collect();
+    let is_inside =
+        |(from, _): &(usize, f64)| *from >= run.frames.start && from + length <= run.frames.end;
+    let inside: Vec<(usize, f64)> = windows.iter().copied().filter(is_inside).collect();
     let all: Vec<f64> = inside.iter().map(|window| window.1).collect();
     if clip.variance(&run.frames).is_none_or(|whole| median(&all) < LEAST_OF_ALL * whole) {
         return parts;
     }
     let limit = STILL_SHARE * median(&slowest(&inside, run.period));
-    // A stop at which the run ends reaches beyond it.
-    let last = (run.frames.end + length).min(clip.frames()) - length;
-    let about = run.frames.start.saturating_sub(length)..=last;
-    for (from, _) in about.filter_map(variance).filter(|window| window.1 < limit) {
+    for (from, _) in windows.into_iter().filter(|window| window.1 < limit) {
         // Windows come in order: only the last part can be cut.
         let Some(part) = parts.pop() else { break };
         let before = part.start..from.min(part.end);
