@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix4, Point3};
 
-use crate::rig::{Model, Pose, Skeleton};
+use crate::rig::{Mirror, Model, Pose, Skeleton};
 
 /// Poses that are looked at, evenly spread over the clip.
 const MOST_POSES: usize = 48;
@@ -60,7 +60,8 @@ struct Scene<'a> {
 /// The feet of a model that moves through `poses`, in the order of their nodes.
 ///
 /// `named` lists nodes that are feet; when it is empty they are looked for: nodes whose vertices come
-/// down to the ground and that sweep along it. A foot's leg is the chain above it up to the first node
+/// down to the ground and that sweep along it, and of a rig with two like sides their counterparts, which
+/// few poses of a gallop may not show on the ground. A foot's leg is the chain above it up to the first node
 /// that carries another foot as well; when that is too short to be a leg (the foot hangs on a control
 /// node of its own), the chain that ends nearest to the foot.
 ///
@@ -72,7 +73,7 @@ struct Scene<'a> {
 pub fn find_feet(model: &Model, poses: &[Pose], named: &[usize]) -> Vec<Foot> {
     let Some(scene) = Scene::new(model, poses) else { return Vec::new() };
     let groups: Vec<Vec<usize>> = if named.is_empty() {
-        scene.merged(scene.touching_groups())
+        with_other_sides(scene.merged(scene.touching_groups()), model)
     } else {
         named.iter().map(|&n| scene.subtree(n)).collect()
     };
@@ -357,6 +358,21 @@ impl<'a> Scene<'a> {
         let chain = self.own_chain(end, &others);
         (chain.len() > 2 && self.length(&chain) >= LEAST_LEG * self.height).then_some(chain)
     }
+}
+
+/// The groups, and for each that is of one side of the rig those nodes of the other side, unless they are in a group
+/// already.
+fn with_other_sides(groups: Vec<Vec<usize>>, model: &Model) -> Vec<Vec<usize>> {
+    let Ok(mirror) = Mirror::of(&model.skeleton, &model.skins) else { return groups };
+    let mut all = groups;
+    for at in 0..all.len() {
+        let mut other: Vec<usize> = all[at].iter().filter_map(|&n| mirror.partner(n)).collect();
+        other.sort_unstable();
+        if !other.is_empty() && !all.iter().flatten().any(|n| other.contains(n)) {
+            all.push(other);
+        }
+    }
+    all
 }
 
 fn ancestors(skeleton: &Skeleton, node: usize) -> Vec<usize> {

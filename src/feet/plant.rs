@@ -25,8 +25,14 @@ const LONGEST_BLEND_S: f64 = 0.25;
 /// Hand-made cycles need .10 to .18; beyond, legs are torn about (angular accelerations double and treble).
 const FARTHEST_SHIFT: f64 = 0.15;
 
-/// Share of a leg's length from which its stretching is eased.
+/// How often a contact may lose frames to legs that are too short for it.
+const SHORTENINGS: usize = 6;
+
+/// A leg is stretched freely as far as it is anywhere in the clip, but to this share of its length at most …
 const STRETCH_EASES_AT: f64 = 0.985;
+
+/// … and beyond that by less than this share.
+const STRETCH_ROOM: f64 = 0.015;
 
 /// What planting did.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,10 +67,10 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     for (at, foot) in feet.iter().enumerate() {
         near(&mut contacts[at], &tracks[at].soles, falls, clip.fps, foot.leg_length);
         // A contact that loses frames changes the blends about it: once more with what is left.
-        for round in 0..3 {
+        for round in 0..=SHORTENINGS {
             let shifts = shifts(&tracks[at].soles, &contacts[at], falls, clip.fps);
             let missed = place(skeleton, clip, &before, foot, &tracks[at].soles, &shifts);
-            let shortened = round < 2
+            let shortened = round < SHORTENINGS
                 && shorten(&mut contacts[at], &missed, falls, LEAVES_AT * foot.leg_length);
             if !shortened {
                 let most = shifts.iter().map(Vector3::norm).fold(0.0, f64::max);
@@ -230,6 +236,7 @@ fn place(
 ) -> Vec<f64> {
     let mut missed = Vec::with_capacity(shifts.len());
     let bow = usual_bow(skeleton, before, foot);
+    let longest = longest_reach(skeleton, before, foot).min(STRETCH_EASES_AT);
     for (t, shift) in shifts.iter().enumerate() {
         let pose = &mut clip.poses[t];
         for &node in foot.joints.iter().chain([&foot.node]).chain(&foot.loose) {
@@ -239,7 +246,7 @@ fn place(
         let world = skeleton.world_matrices(pose);
         let end = world[foot.end.0].transform_point(&foot.end.1);
         let top = foot.joints.first().map_or(end, |&j| world[j].transform_point(&Point3::origin()));
-        let target = eased(top, end, end + shift, chain_length(&world, foot));
+        let target = eased(top, end, end + shift, chain_length(&world, foot), longest);
         let bow = above(skeleton, &world, foot) * bow;
         reach_bending(skeleton, pose, &foot.joints, foot.end, target, &bow);
         if let Some(loose) = foot.loose {
@@ -299,14 +306,29 @@ fn chain_length(world: &[Matrix4<f64>], foot: &Foot) -> f64 {
     places(world, foot).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
-/// A target near the end of a leg's reach is drawn in: the knee's angle goes with the root of what is left
-/// of the reach, so a leg that becomes straight would snap. A target where the end is already stays.
-fn eased(top: Point3<f64>, end: Point3<f64>, target: Point3<f64>, length: f64) -> Point3<f64> {
-    let from = STRETCH_EASES_AT * length;
-    let soft = |r: f64| {
-        let room = length - from;
-        if r <= from { r } else { from + room * (1.0 - (-(r - from) / room).exp()) }
+/// How far the leg is stretched at most over the clip, as a share of its length.
+fn longest_reach(skeleton: &Skeleton, clip: &Clip, foot: &Foot) -> f64 {
+    let reach = |pose: &Pose| {
+        let places = places(&skeleton.world_matrices(pose), foot);
+        let length: f64 = places.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+        (places[places.len() - 1] - places[0]).norm() / length
     };
+    clip.poses.iter().map(reach).fold(0.0, f64::max)
+}
+
+/// A target is drawn in where the leg would be stretched beyond the share `longest` of its `length`: many legs never
+/// are straight, and would look broken; and a knee's angle goes with the root of what is left of the reach, so that
+/// a leg that becomes straight snaps. A target where the end is already stays.
+fn eased(
+    top: Point3<f64>,
+    end: Point3<f64>,
+    target: Point3<f64>,
+    length: f64,
+    longest: f64,
+) -> Point3<f64> {
+    let (from, room) = (longest * length, STRETCH_ROOM * length);
+    let soft =
+        |r: f64| if r <= from { r } else { from + room * (1.0 - (-(r - from) / room).exp()) };
     let (before, wanted) = ((end - top).norm(), (target - top).norm());
     if wanted <= from.max(before) || wanted == 0.0 {
         return target;

@@ -65,6 +65,24 @@ fn the_built_in_gaits_have_their_footfalls_speed_and_name() {
     }
 }
 
+/// Poses of a gallop may show a hoof on the ground of one side only: its counterpart is a foot as well.
+#[test]
+fn a_foot_that_never_comes_down_is_known_by_the_other_side() {
+    let model = horse();
+    let down = |pose: &Pose, name: &str| {
+        let node = model.skeleton.nodes.iter().position(|n| n.name == name).unwrap();
+        model.skeleton.world_matrices(pose)[node].transform_point(&Point3::origin()).y
+    };
+    let mut poses = stride(Gait::Gallop, &model, 24).poses;
+    let low = poses.iter().map(|p| down(p, "coffin_fore_right")).fold(f64::INFINITY, f64::min);
+    poses.retain(|p| down(p, "coffin_fore_right") > low + 0.2);
+    let feet = find_feet(&model, &poses, &[]);
+    let names: Vec<&str> =
+        feet.iter().map(|f| model.skeleton.nodes[f.node].name.as_str()).collect();
+    let hooves = ["coffin_fore_left", "coffin_fore_right", "coffin_hind_left", "coffin_hind_right"];
+    assert_eq!(names, hooves);
+}
+
 /// Translation, rotation (x, y, z, w) and scale of a node.
 type Local = ([f32; 3], [f32; 4], [f32; 3]);
 
