@@ -14,7 +14,7 @@ use crate::numeric::median;
 /// Length of the windows that are looked at, periods; no stop that is shorter is found. The phase follows those.
 const WINDOW_PERIODS: f64 = 0.5;
 
-/// Fewest frames of a window.
+/// Fewest frames of a window, and of what is hidden.
 const LEAST_FRAMES: usize = 4;
 
 /// A window is still when its frames vary by less than this share of what the slowest window of a period usually does.
@@ -31,8 +31,16 @@ pub(super) fn moving(clip: &Rows, run: &Run) -> Vec<Range<usize>> {
     // A stop at which the run begins or ends reaches beyond it.
     let last = (run.frames.end + length).min(clip.frames()) - length;
     let starts = run.frames.start.saturating_sub(length)..=last;
-    let windows: Vec<(usize, f64)> =
-        starts.filter_map(|from| Some((from, clip.variance(&(from..from + length))?))).collect();
+    let hidden = hidden(&clip.used);
+    let reach = run.period.ceil() as usize;
+    let is_beside_hidden = |from: usize| {
+        let meets = |h: &Range<usize>| h.start < from + length + reach && from < h.end + reach;
+        hidden.iter().any(meets)
+    };
+    let windows: Vec<(usize, f64)> = starts
+        .filter(|from| !is_beside_hidden(*from))
+        .filter_map(|from| Some((from, clip.variance(&(from..from + length))?)))
+        .collect();
     let is_inside =
         |(from, _): &(usize, f64)| *from >= run.frames.start && from + length <= run.frames.end;
     let inside: Vec<(usize, f64)> = windows.iter().copied().filter(is_inside).collect();
@@ -49,6 +57,21 @@ pub(super) fn moving(clip: &Rows, run: &Run) -> Vec<Range<usize>> {
         parts.extend([before, after].into_iter().filter(|part| !part.is_empty()));
     }
     parts
+}
+
+/// Stretches of frames that do not count. What is about to be hidden is hidden in part, and what is left moves less; so
+/// within a period of them nothing is said.
+fn hidden(used: &[bool]) -> Vec<Range<usize>> {
+    let mut at = 0;
+    let mut found = Vec::new();
+    for alike in used.chunk_by(|a, b| a == b) {
+        let frames = at..at + alike.len();
+        at = frames.end;
+        if !alike[0] && alike.len() >= LEAST_FRAMES {
+            found.push(frames);
+        }
+    }
+    found
 }
 
 /// For every window what the slowest one within half a period of it varies by.

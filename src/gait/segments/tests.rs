@@ -146,6 +146,21 @@ fn a_stop_that_is_shorter_than_the_windows_is_cut_out_where_the_gait_goes_on_as_
 }
 
 #[test]
+fn what_is_about_to_be_hidden_does_not_stop() {
+    for seed in 0..4 {
+        // Behind a post for two periods; on either side of it only a third of the motion is to be seen.
+        let mut walk = Clip::new().gait(1, 120, |t| t / 12.15);
+        let mean = |c: usize| walk.rows.iter().map(|row| row[c]).sum::<f64>() / 120.0;
+        let means: [f64; 6] = std::array::from_fn(mean);
+        for t in (40..51).chain(75..84) {
+            let row = &mut walk.rows[t];
+            row.iter_mut().zip(means).for_each(|(v, mean)| *v = mean + 0.33 * (*v - mean));
+        }
+        assert_eq!(walk.cut(0.05, seed, |t| !(51..75).contains(&t)), "0..120");
+    }
+}
+
+#[test]
 fn what_has_no_gait_is_one_stretch_without() {
     let still = Clip::new().gait(1, 1, |_| 0.0).hold(59);
     assert_eq!(still.cut(0.3, 1, |_| true).split(' ').count(), 1);
