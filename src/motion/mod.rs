@@ -1,15 +1,17 @@
 //! How the camera moved between frames, estimated from the background.
 //!
-//! [`Pyramid`] holds a grey picture at several sizes, [`register`] lays one picture over another,
-//! and [`CameraPath`] collects the motion of a whole clip.
+//! [`Pyramid`] holds a grey picture at several sizes, [`register`] lays one picture over another, [`follow`] every
+//! picture of a clip over the one before, and [`CameraPath`] collects the motion of a whole clip.
 
+mod follow;
 mod path;
 mod pyramid;
 mod register;
 
+pub use follow::follow;
 pub use path::{CameraPath, CameraStep};
 pub use pyramid::Pyramid;
-pub use register::{Registration, register};
+pub use register::{Registration, register, register_near};
 
 use nalgebra::{Matrix3, Vector3};
 

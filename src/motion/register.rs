@@ -3,7 +3,7 @@
 //! Inverse compositional Gauss–Newton (Baker and Matthews, *Lucas–Kanade 20 Years On*, 2004) on the
 //! pixels of strongest gradient, one a cell of a grid, with Geman–McClure weights whose scale
 //! follows the residuals, so that what moves by itself (the animal, leaves, water) does not pull.
-//! The model grows with the size of the picture: translation, affine, homography. A change of gain
+//! The model grows with the number of pixels: translation, affine, homography. A change of gain
 //! and offset of the light is estimated along.
 
 use nalgebra::{DMatrix, DVector, Matrix3};
@@ -19,6 +19,13 @@ const LEAST_GRADIENT: f32 = 2.0;
 
 /// Fewest pixels a registration may rest on.
 const FEWEST_PIXELS: usize = 30;
+
+/// Fewer pixels than this say by how much the picture has moved, not how it is turned and sheared: on few an
+/// affine map follows what moves by itself.
+const FEWEST_PIXELS_AFFINE: usize = 150;
+
+/// The halving that a registration from a known place begins on.
+const NEAR_LEVEL: usize = 1;
 
 /// Most rounds a level, and the movement of the picture's corners that ends them, pixels.
 const MAX_ROUNDS: usize = 20;
@@ -56,42 +63,77 @@ pub struct Registration {
 /// nothing fits (a cut, a blank frame).
 #[must_use]
 pub fn register(from: &Pyramid, to: &Pyramid, excluded: Option<&[bool]>) -> Option<Registration> {
-    if from.size() != to.size() || from.levels().len() != to.levels().len() {
-        return None;
-    }
-    let excluded = excluded.filter(|e| e.len() == from.size().0 * from.size().1);
+    let pair = Pair::of(from, to, excluded)?;
     let top = from.levels().len() - 1;
-    let (dx, dy) = coarse_shift(&from.levels()[top], &to.levels()[top]);
-    let mut found =
-        Registration { homography: Homography::translation(dx, dy), inliers: 1.0, residual: 0.0 };
-    for at in (0..=top).rev() {
-        let (small, large) = (&from.levels()[at], &to.levels()[at]);
-        if at < top {
-            found.homography = found.homography.rescaled((2.0, 2.0));
-        }
-        let model = match at {
-            0 => Model::Homography,
-            1 => Model::Affine,
-            _ if at == top => Model::Translation,
-            _ => Model::Affine,
-        };
-        let points = points(small, from.size().0, excluded);
-        if points.len() < FEWEST_PIXELS {
-            // A small picture may have too little to say; the whole one has not.
-            if at == 0 {
-                return None;
-            }
-            continue;
-        }
-        found = refine(&points, small, large, found.homography, model)?;
+    let coarse = &from.levels()[top];
+    let (dx, dy) = coarse_shift(coarse, &to.levels()[top], &pair.hidden(coarse));
+    pair.refined(top, Homography::translation(dx, dy))
+}
+
+/// The same for pictures of which it is known about how they lie: from there, without a search. A
+/// `guess` that is off by more than some pixels is not found out of.
+#[must_use]
+pub fn register_near(
+    from: &Pyramid,
+    to: &Pyramid,
+    excluded: Option<&[bool]>,
+    guess: &Homography,
+) -> Option<Registration> {
+    let start = NEAR_LEVEL.min(from.levels().len() - 1);
+    let scale = 0.5_f64.powi(start as i32);
+    Pair::of(from, to, excluded)?.refined(start, guess.rescaled((scale, scale)))
+}
+
+/// Two pictures of one size, and what of the first is not looked at.
+struct Pair<'a> {
+    from: &'a Pyramid,
+    to: &'a Pyramid,
+    excluded: Option<&'a [bool]>,
+}
+
+impl<'a> Pair<'a> {
+    fn of(from: &'a Pyramid, to: &'a Pyramid, excluded: Option<&'a [bool]>) -> Option<Self> {
+        let excluded = excluded.filter(|e| e.len() == from.size().0 * from.size().1);
+        (from.size() == to.size()).then_some(Self { from, to, excluded })
     }
-    let good = found.inliers >= LEAST_INLIERS && found.residual <= LARGEST_SCALE;
-    good.then_some(found)
+
+    fn hidden(&self, level: &Level) -> Hidden<'a> {
+        let whole_width = self.from.size().0;
+        let factor = (whole_width / level.width).max(1);
+        Hidden { excluded: self.excluded, whole_width, factor }
+    }
+
+    /// From level `first` up to the whole picture, beginning at `start` in pixels of that level.
+    fn refined(&self, first: usize, start: Homography) -> Option<Registration> {
+        let mut found = Registration { homography: start, inliers: 1.0, residual: 0.0 };
+        for at in (0..=first).rev() {
+            let (small, large) = (&self.from.levels()[at], &self.to.levels()[at]);
+            if at < first {
+                found.homography = found.homography.rescaled((2.0, 2.0));
+            }
+            let points = points(small, &self.hidden(small));
+            if points.len() < FEWEST_PIXELS {
+                // A small picture may have too little to say; the whole one has not.
+                if at == 0 {
+                    return None;
+                }
+                continue;
+            }
+            let model = match at {
+                0 => Model::Homography,
+                _ if points.len() < FEWEST_PIXELS_AFFINE => Model::Translation,
+                _ => Model::Affine,
+            };
+            found = refine(&points, small, large, found.homography, model)?;
+        }
+        let good = found.inliers >= LEAST_INLIERS && found.residual <= LARGEST_SCALE;
+        good.then_some(found)
+    }
 }
 
 /// The shift in whole pixels of least mean absolute difference after the means are taken off, over
 /// all shifts of at most a fifth of the picture.
-fn coarse_shift(from: &Level, to: &Level) -> (f64, f64) {
+fn coarse_shift(from: &Level, to: &Level, hidden: &Hidden) -> (f64, f64) {
     let (w, h) = (from.width as i64, from.height as i64);
     let reach = |side: i64| (side as f64 * SEARCH) as i64;
     let mut best = (f64::INFINITY, 0, 0);
@@ -100,6 +142,9 @@ fn coarse_shift(from: &Level, to: &Level) -> (f64, f64) {
             let mut differences: Vec<f32> = Vec::new();
             for y in 0.max(-dy)..h.min(h - dy) {
                 for x in 0.max(-dx)..w.min(w - dx) {
+                    if hidden.at(x as usize, y as usize) {
+                        continue;
+                    }
                     let there = to.at((x + dx) as usize, (y + dy) as usize);
                     differences.push(there - from.at(x as usize, y as usize));
                 }
@@ -143,15 +188,24 @@ struct Point {
     gradient: (f64, f64),
 }
 
-/// The pixel of strongest gradient of every cell.
-fn points(level: &Level, whole_width: usize, excluded: Option<&[bool]>) -> Vec<Point> {
-    let factor = (whole_width / level.width).max(1);
-    let hidden = |x: usize, y: usize| {
-        excluded.is_some_and(|e| {
-            e[(y * factor).min(e.len() / whole_width - 1) * whole_width
-                + (x * factor).min(whole_width - 1)]
+/// The pixels of one level that are not to be looked at.
+struct Hidden<'a> {
+    excluded: Option<&'a [bool]>,
+    whole_width: usize,
+    factor: usize,
+}
+
+impl Hidden<'_> {
+    fn at(&self, x: usize, y: usize) -> bool {
+        self.excluded.is_some_and(|e| {
+            let (w, f) = (self.whole_width, self.factor);
+            e[(y * f).min(e.len() / w - 1) * w + (x * f).min(w - 1)]
         })
-    };
+    }
+}
+
+/// The pixel of strongest gradient of every cell.
+fn points(level: &Level, hidden: &Hidden) -> Vec<Point> {
     let mut found = Vec::new();
     for top in (1..level.height.saturating_sub(1)).step_by(CELL_PX) {
         for left in (1..level.width.saturating_sub(1)).step_by(CELL_PX) {
@@ -174,7 +228,7 @@ fn points(level: &Level, whole_width: usize, excluded: Option<&[bool]>) -> Vec<P
                     let strength = strength_sq.sqrt() as f32;
                     let better = best.as_ref().is_none_or(|(most, _)| strength > *most);
                     let x = left + at - 1;
-                    if strength >= LEAST_GRADIENT && better && !hidden(x, y) {
+                    if strength >= LEAST_GRADIENT && better && !hidden.at(x, y) {
                         let (x, y) = (x as f64, y as f64);
                         let value = f64::from(here[at]);
                         best = Some((strength, Point { x, y, value, gradient: (gx, gy) }));
@@ -383,6 +437,35 @@ mod tests {
                 let off = (a.0 - b.0).hypot(a.1 - b.1);
                 assert!(off < 0.1, "off by {off} px at {x},{y}: {found:?}");
             }
+        }
+    }
+
+    /// A camera goes along with an animal that fills a third of the picture and stands in it, before what passes.
+    #[test]
+    fn an_animal_that_stands_in_the_picture_does_not_hold_it() {
+        let (w, h) = (320, 200);
+        let animal = |x: f64, y: f64| ((x - 160.0) / 110.0).hypot((y - 100.0) / 60.0) < 1.0;
+        let view = |shift: f64| {
+            let grey: Vec<u8> = (0..w * h)
+                .map(|at| {
+                    let (x, y) = ((at % w) as f64, (at / w) as f64);
+                    let coat = 60.0 + 55.0 * (0.13 * x).sin() * (0.11 * y).cos();
+                    let ground = 127.0 + 0.7 * (scene(x + shift, y) - 127.0);
+                    (if animal(x, y) { coat } else { ground }) as u8
+                })
+                .collect();
+            Pyramid::new(w, h, &grey).unwrap()
+        };
+        let excluded: Vec<bool> =
+            (0..w * h).map(|at| animal((at % w) as f64, (at / w) as f64)).collect();
+        for shift in [-41.0, -18.0, 18.0, 41.0] {
+            let found = register(&view(0.0), &view(shift), Some(&excluded)).unwrap();
+            let dx = found.homography.apply(160.0, 20.0).0 - 160.0;
+            assert!((dx + shift).abs() < 0.2, "{dx} for {shift}");
+            let guess = Homography::translation(2.0 - shift, -1.0);
+            let near = register_near(&view(0.0), &view(shift), Some(&excluded), &guess).unwrap();
+            let dx = near.homography.apply(160.0, 20.0).0 - 160.0;
+            assert!((dx + shift).abs() < 0.2, "{dx} for {shift}, told");
         }
     }
 

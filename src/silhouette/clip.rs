@@ -25,7 +25,7 @@ use super::segmenter::{Chosen, Parts, Segmenter, Settings};
 use crate::error::Result;
 use crate::image::{Frame, Picture, Rectangle};
 use crate::mask::{Connectivity, Mask, components};
-use crate::motion::{CameraPath, Pyramid, Registration, register};
+use crate::motion::{CameraPath, Pyramid, follow};
 use crate::numeric::GridCut;
 
 /// Most frames of a stretch: their sketches and plates take up to .9 MB a frame.
@@ -318,15 +318,10 @@ impl ClipSegmenter {
             before.into_iter().chain(self.frames.iter().zip(&self.guesses)).collect();
         let pyramids: Vec<Option<Pyramid>> =
             all.par_iter().map(|(frame, _)| Pyramid::new(w, h, &frame.planes()[0])).collect();
-        let registrations: Vec<Option<Registration>> = (1..all.len())
-            .into_par_iter()
-            .map(|t| {
-                let animal = all[t - 1].1.dilated(margin);
-                let excluded: Vec<bool> = (0..w * h).map(|at| animal.get(at % w, at / w)).collect();
-                let (from, to) = (pyramids[t - 1].as_ref()?, pyramids[t].as_ref()?);
-                register(from, to, Some(&excluded)).or_else(|| register(from, to, None))
-            })
-            .collect();
+        let registrations = follow(&pyramids, |t| {
+            let animal = all[t].1.dilated(margin);
+            (0..w * h).map(|at| animal.get(at % w, at / w)).collect()
+        });
         let mut path = CameraPath::default();
         if before.is_none() {
             path.push(None);

@@ -217,7 +217,9 @@ impl Lessons<'_> {
                         counts.covered.inside[usize::from(any)] += 1.0;
                     }
                 } else if clear.get(x, y) {
-                    counts.covered.outside[usize::from(any)] += 1.0;
+                    if shown == UNKNOWN {
+                        counts.covered.outside[usize::from(any)] += 1.0;
+                    }
                     if close.as_ref().is_none_or(|close| close.get(x, y)) {
                         counts.shown.outside[usize::from(shown)] += 1.0;
                     }

@@ -135,6 +135,34 @@ fn the_ground_goes_at_the_speed_of_a_rendered_pan() {
     }
 }
 
+/// The built-in gallop fills the picture and passes a smooth wood and fine grass by a twentieth of the picture a frame:
+/// the camera is followed, the four feet are found in an animation of four poses, and their gait is named.
+#[test]
+fn the_demo_is_followed_through_its_fast_pan() {
+    let desk = Desk::new();
+    desk.run("-q demo").success();
+    let camera = std::fs::read_to_string(desk.path("muybridge-demo/analysis/camera.csv")).unwrap();
+    let ways: Vec<f64> = (camera.lines().skip(2))
+        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+        .collect();
+    let middle = muybridge::numeric::median(&ways);
+    let astray = ways.iter().filter(|way| (*way - middle).abs() > 1.0).count();
+    assert!(ways.len() == 99 && astray <= 5, "{astray} of {} steps: {ways:?}", ways.len());
+    let animation = std::fs::read(desk.path("muybridge-demo/animation.json")).unwrap();
+    let feet = &serde_json::from_slice::<Value>(&animation).unwrap()["feet"];
+    // The demo shows a stride in 24.3 frames of 1/25 s.
+    let gait = muybridge::synthetic::Gait::Gallop;
+    let truth = gait.speed_m_s() * gait.stride_s() * 25.0 / 24.3;
+    let share = feet["pan"]["ground_speed"].as_f64().unwrap() / truth;
+    assert!((share - 1.0).abs() < 0.05, "{share} of the truth");
+    assert_eq!(feet["ground_speed_from"], "pan");
+    assert_eq!(
+        (&feet["gait"], feet["feet"].as_array().unwrap().len()),
+        (&"transverse gallop".into(), 4)
+    );
+    assert_eq!(feet["warnings"], serde_json::json!([]));
+}
+
 /// Speed of the ground at which the true clip's feet pass it, rig units a second of footage.
 fn ground_by_feet(file: &File, clip: &str) -> f64 {
     use muybridge::feet::{find_feet, foot_tracks, footfalls};
