@@ -2,8 +2,8 @@
 //!
 //! With m the pixels set in more than half of the masks, a mask is a = m XOR d, and d is empty
 //! wherever the animal always is or never is. Words in which no mask changes are dropped, which
-//! also crops the masks to where something moves. Gram matrix and component images are sums over
-//! the d and simple terms in m.
+//! also crops the masks to where something moves. Component images are sums over the d and simple terms
+//! in m, the Gram matrix goes by the edges of the a.
 
 use rayon::prelude::*;
 
@@ -36,8 +36,6 @@ pub struct Changes {
     pub(super) words: Vec<usize>,
     /// For each 64 masks, each of those words' changes.
     pub(super) tiles: Vec<Vec<TileWord>>,
-    /// |m AND a| of each mask, and |m| for the empty places of the last tile.
-    pub(super) in_majority: Vec<u64>,
 }
 
 impl Changes {
@@ -72,6 +70,13 @@ impl Changes {
         gram::gram(self, instructions)
     }
 
+    /// Number of pixels set in every mask, of the words in which all masks are alike.
+    pub(super) fn pixels_alike(&self) -> u32 {
+        let all: u32 = self.majority.iter().map(|word| word.count_ones()).sum();
+        let changing: u32 = self.words.iter().map(|&w| self.majority[w].count_ones()).sum();
+        all - changing
+    }
+
     /// Of masks that are known to be of one size.
     pub(super) fn packed(masks: &[&Mask], size: (usize, usize)) -> Self {
         let length = masks.first().map_or(0, |first| first.words().len());
@@ -89,42 +94,7 @@ impl Changes {
         let words: Vec<usize> = (0..length).filter(|&w| changing[w]).collect();
         let tiles: Vec<Vec<TileWord>> =
             masks.par_chunks(TILE).map(|tile| tile_words(tile, &words, &majority)).collect();
-        let all = common(&majority, &majority);
-        let in_majority = tiles
-            .par_iter()
-            .flat_map_iter(|tile| {
-                instructions.run(InMajority { tile, words: &words, majority: &majority, all })
-            })
-            .collect();
-        Self { masks: masks.len(), size, majority, words, tiles, in_majority }
-    }
-}
-
-/// |a AND b|.
-pub(super) fn common(a: &[u64], b: &[u64]) -> u64 {
-    a.iter().zip(b).map(|(a, b)| u64::from((a & b).count_ones())).sum()
-}
-
-/// |m AND a| of the masks of a tile, which is |m| − |m AND d|.
-struct InMajority<'a> {
-    tile: &'a [TileWord],
-    words: &'a [usize],
-    majority: &'a [u64],
-    all: u64,
-}
-
-impl Kernel for InMajority<'_> {
-    type Result = [u64; TILE];
-
-    #[inline(always)]
-    fn run(self) -> [u64; TILE] {
-        let mut counts = [self.all; TILE];
-        for (changes, &word) in self.tile.iter().zip(self.words) {
-            for (count, change) in counts.iter_mut().zip(changes) {
-                *count -= u64::from((change & self.majority[word]).count_ones());
-            }
-        }
-        counts
+        Self { masks: masks.len(), size, majority, words, tiles }
     }
 }
 

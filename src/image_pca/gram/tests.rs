@@ -79,3 +79,25 @@ fn words_without_change_are_dropped() {
     assert_eq!(changes.majority[..4], [u64::MAX; 4]);
     assert!(changes.majority[4..].iter().all(|&w| w == 0));
 }
+
+#[test]
+fn sums_do_not_overflow_where_they_are_short() {
+    // Columns of pixels that all masks set, none sets, or every third does: more of them than 16 bits count.
+    let (width, height) = (640, 220);
+    let mask = |i: usize| Mask::from_fn(width, height, |x, _| x > 8 && i.is_multiple_of(x % 2 + 2));
+    let masks: Vec<Mask> = (0..70).map(mask).collect();
+    let changes = Changes::of(&masks.iter().collect::<Vec<_>>()).unwrap();
+    assert!(changes.words.len() > 2000);
+    let of_parity = |odd: usize| (9..width).filter(|x| x % 2 == odd).count() * height;
+    let set = |i: usize, odd: usize| i.is_multiple_of(odd + 2);
+    for set_of in InstructionSet::ALL {
+        let gram = changes.gram(set_of);
+        for (at, found) in gram.iter().enumerate() {
+            let (i, j) = (at / 70, at % 70);
+            let both = |odd: usize| set(i, odd) && set(j, odd);
+            let expected: usize = (0..2).filter(|&odd| both(odd)).map(of_parity).sum();
+            assert_eq!(*found as usize, expected, "{i} {j} {set_of:?}");
+        }
+        assert!(gram.iter().max() > Some(&(1 << 16)), "nothing was to overflow");
+    }
+}
