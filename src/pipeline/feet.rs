@@ -19,7 +19,7 @@ const ROUGHER: f64 = 2.0;
 
 /// The ground goes at the footage's speed where the feet's is within this share of it. Four poses a stride give
 /// the feet's to a quarter; farther off, the scale or the background is wrong (grass hides the legs, a camera
-/// on rails sees the distance pass slowly).
+/// on rails sees mostly a distance that passes slowly).
 const SPEEDS_AGREE: f64 = 0.3;
 
 /// A pan whose steps vary by more than this share was not followed from frame to frame, and is not believed unless

@@ -71,17 +71,19 @@ impl Pan {
         fps: f64,
     ) -> Option<Self> {
         let whole = |t: usize| reports[t].centre_px.filter(|_| !reports[t].is_excluded());
-        // The first entry is not looked at. What the background under the animal did since the frame before,
+        // The first entry is not looked at. What the ground under the animal did since the frame before,
         // seen from where the animal was then: zoom and roll move the two alike.
         let background: Vec<f64> = frames
             .clone()
             .map(|t| {
                 let step = camera.steps()[t];
                 let seen = t > frames.start && step.inliers > 0.0;
-                let Some((x, y)) = whole(t.saturating_sub(1)).filter(|_| seen) else {
-                    return f64::NAN;
-                };
-                step.from_previous.apply(x, y).0 - x
+                let before = t.saturating_sub(1);
+                let place = whole(before).filter(|_| seen).zip(masks[before].bounds());
+                // On the ground it stands on: seen from rails, what is nearer passes faster.
+                place.map_or(f64::NAN, |((x, _), bounds)| {
+                    step.from_previous.apply(x, bounds.bottom as f64).0 - x
+                })
             })
             .collect();
         let subject: Vec<f64> =
@@ -164,5 +166,23 @@ mod tests {
         assert!((on_rig.ground_speed - 30.0).abs() < 1e-9);
         assert!((on_rig.body_lengths_a_second - 7.5).abs() < 1e-9);
         assert!(Pan::measure(&camera, &masks, &reports, 5..8, 25.0).is_none(), "one step of three");
+
+        // From rails the ground passes the faster the nearer it is: by 2 pixels in the lowest row of the animal.
+        let nearer = Homography::from_matrix(nalgebra::Matrix3::new(
+            1.0,
+            -2.0 / 14.0,
+            0.0,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+        ));
+        let from_previous = nearer.unwrap();
+        let step = CameraStep { from_previous, inliers: 1.0, residual: 0.0 };
+        let rails = CameraPath::from_steps(vec![step; 12]);
+        let pan = Pan::measure(&rails, &masks, &reports, 0..12, 25.0).unwrap();
+        assert!((pan.px_a_second - 75.0).abs() < 1e-9, "{pan:?}");
     }
 }

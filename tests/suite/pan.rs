@@ -41,9 +41,19 @@ fn background(x: f64, y: f64) -> [u8; 3] {
     [90.0 + 70.0 * level, 115.0 + 60.0 * level, 85.0 + 60.0 * level].map(|c| c as u8)
 }
 
+/// What of the ground's way shows in a row of the picture.
+type Passing = fn(f64) -> f64;
+
+/// A camera that turns: everything passes alike.
+const TURNING: Passing = |_| 1.0;
+
+/// A camera on rails: the distance, above row 70, passes at a third of the speed of the ground on which the animal
+/// stands, in row 241, and what is nearer faster.
+const ON_RAILS: Passing = |y| 0.33 + 0.67 * (y - 70.0).max(0.0) / 171.0;
+
 /// Writes the pictures; `speed` in rig units a second, and the camera follows a little too slowly. The place of
 /// the animal's middle in the first one.
-fn shoot(folder: &Path, file: &File, clip: &str, speed: f64) -> (usize, usize) {
+fn shoot(folder: &Path, file: &File, clip: &str, speed: f64, passing: Passing) -> (usize, usize) {
     let model = file.model().unwrap();
     let animation = file.animation(clip).unwrap();
     let pose = |t: usize| -> Pose {
@@ -74,7 +84,7 @@ fn shoot(folder: &Path, file: &File, clip: &str, speed: f64) -> (usize, usize) {
                     count += 1;
                 }
                 // The camera's own way is what the animal's way over the ground leaves of its drift.
-                let ground = x as f64 + px_a_frame * t as f64 - drift;
+                let ground = x as f64 + passing(y as f64) * (px_a_frame * t as f64 - drift);
                 rgb.extend(coat.unwrap_or_else(|| background(ground, y as f64)));
             }
         }
@@ -88,9 +98,10 @@ fn shoot(folder: &Path, file: &File, clip: &str, speed: f64) -> (usize, usize) {
 #[test]
 fn the_ground_goes_at_the_speed_of_a_rendered_pan() {
     let Some(data) = data_folder() else { return };
-    for (rig, clip, gait) in [
-        ("quaternius_horse.glb", "AnimalArmature|Walk", "walk"),
-        ("khronos_fox.glb", "Run", "gallop"),
+    for (rig, clip, gait, passing) in [
+        ("quaternius_horse.glb", "AnimalArmature|Walk", "walk", TURNING),
+        ("khronos_fox.glb", "Run", "gallop", TURNING),
+        ("quaternius_horse.glb", "AnimalArmature|Walk", "walk", ON_RAILS),
     ] {
         let desk = Desk::new();
         std::fs::create_dir(desk.path("footage")).unwrap();
@@ -99,7 +110,7 @@ fn the_ground_goes_at_the_speed_of_a_rendered_pan() {
         // About what the feet of the clip push: a leg of this rig and a third, each stride.
         let feet = ground_by_feet(&file, clip);
         let speed = 0.9 * feet;
-        let (x, y) = shoot(&desk.path("footage"), &file, clip, speed);
+        let (x, y) = shoot(&desk.path("footage"), &file, clip, speed, passing);
         desk.run(&format!(
             "-q new shot --from footage --fps {FPS} --foreground {},{},20,10 --background 0,0,400,70",
             x - 10,
@@ -123,6 +134,7 @@ fn the_ground_goes_at_the_speed_of_a_rendered_pan() {
         let auto = told("");
         let value = |of: &Value| of.as_f64().unwrap();
         let share = value(&auto["pan"]["ground_speed"]) / speed;
+        eprintln!("{rig}: {share:.3}");
         assert!((share - 1.0).abs() < 0.05, "{rig}: {share} of the truth, {auto}");
         assert_eq!(auto["ground_speed_from"], "pan", "{auto}");
         assert_eq!(auto["ground_speed"], auto["pan"]["ground_speed"]);
