@@ -362,17 +362,16 @@ impl<'a> Scene<'a> {
 
 /// The groups, and for each that is of one side of the rig those nodes of the other side, unless they are in a group
 /// already.
-fn with_other_sides(groups: Vec<Vec<usize>>, model: &Model) -> Vec<Vec<usize>> {
+fn with_other_sides(mut groups: Vec<Vec<usize>>, model: &Model) -> Vec<Vec<usize>> {
     let Ok(mirror) = Mirror::of(&model.skeleton, &model.skins) else { return groups };
-    let mut all = groups;
-    for at in 0..all.len() {
-        let mut other: Vec<usize> = all[at].iter().filter_map(|&n| mirror.partner(n)).collect();
+    for at in 0..groups.len() {
+        let mut other: Vec<usize> = groups[at].iter().filter_map(|&n| mirror.partner(n)).collect();
         other.sort_unstable();
-        if !other.is_empty() && !all.iter().flatten().any(|n| other.contains(n)) {
-            all.push(other);
+        if !other.is_empty() && !groups.iter().flatten().any(|n| other.contains(n)) {
+            groups.push(other);
         }
     }
-    all
+    groups
 }
 
 fn ancestors(skeleton: &Skeleton, node: usize) -> Vec<usize> {

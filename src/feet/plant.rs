@@ -5,7 +5,7 @@ use nalgebra::{Matrix4, Point3, UnitQuaternion, Vector3};
 use super::contacts::{Contact, Footfalls};
 use super::find::{Foot, foot_tracks};
 use super::ik::{orthonormal, reach_bending};
-use crate::rig::{Clip, Pose, Skeleton, rotation_vector};
+use crate::rig::{Clip, Skeleton, rotation_vector};
 
 /// A foot that a leg cannot bring nearer to its place than this share of the leg's length is not held:
 /// its contact is shortened to the frames in which it can. Half of what may slide.
@@ -66,10 +66,11 @@ pub fn plant(skeleton: &Skeleton, clip: &mut Clip, feet: &[Foot], falls: &Footfa
     let mut largest_shift: f64 = 0.0;
     for (at, foot) in feet.iter().enumerate() {
         near(&mut contacts[at], &tracks[at].soles, falls, clip.fps, foot.leg_length);
+        let habit = Habit::of(skeleton, &before, foot);
         // A contact that loses frames changes the blends about it: once more with what is left.
         for round in 0..=SHORTENINGS {
             let shifts = shifts(&tracks[at].soles, &contacts[at], falls, clip.fps);
-            let missed = place(skeleton, clip, &before, foot, &tracks[at].soles, &shifts);
+            let missed = place(skeleton, clip, &before, (foot, &habit), &tracks[at].soles, &shifts);
             let shortened = round < SHORTENINGS
                 && shorten(&mut contacts[at], &missed, falls, LEAVES_AT * foot.leg_length);
             if !shortened {
@@ -230,13 +231,11 @@ fn place(
     skeleton: &Skeleton,
     clip: &mut Clip,
     before: &Clip,
-    foot: &Foot,
+    (foot, habit): (&Foot, &Habit),
     track: &[Point3<f64>],
     shifts: &[Vector3<f64>],
 ) -> Vec<f64> {
     let mut missed = Vec::with_capacity(shifts.len());
-    let bow = usual_bow(skeleton, before, foot);
-    let longest = longest_reach(skeleton, before, foot).min(STRETCH_EASES_AT);
     for (t, shift) in shifts.iter().enumerate() {
         let pose = &mut clip.poses[t];
         for &node in foot.joints.iter().chain([&foot.node]).chain(&foot.loose) {
@@ -246,8 +245,9 @@ fn place(
         let world = skeleton.world_matrices(pose);
         let end = world[foot.end.0].transform_point(&foot.end.1);
         let top = foot.joints.first().map_or(end, |&j| world[j].transform_point(&Point3::origin()));
-        let target = eased(top, end, end + shift, chain_length(&world, foot), longest);
-        let bow = above(skeleton, &world, foot) * bow;
+        let length = chain_length(&places(&world, foot));
+        let target = eased(top, end, end + shift, length, habit.longest);
+        let bow = above(skeleton, &world, foot) * habit.bow;
         reach_bending(skeleton, pose, &foot.joints, foot.end, target, &bow);
         if let Some(loose) = foot.loose {
             let parent = skeleton.nodes[loose].parent;
@@ -281,16 +281,28 @@ fn above(skeleton: &Skeleton, world: &[Matrix4<f64>], foot: &Foot) -> UnitQuater
     })
 }
 
-/// The axis about which the leg is bent over the clip, seen from what it hangs on; its length says how much.
-fn usual_bow(skeleton: &Skeleton, clip: &Clip, foot: &Foot) -> Vector3<f64> {
-    let bow = |pose: &Pose| {
-        let world = skeleton.world_matrices(pose);
-        let places = places(&world, foot);
-        let bones: Vec<Vector3<f64>> = places.windows(2).map(|w| w[1] - w[0]).collect();
-        let turn: Vector3<f64> = bones.windows(2).map(|b| b[0].cross(&b[1])).sum();
-        above(skeleton, &world, foot).inverse() * turn
-    };
-    clip.poses.iter().map(bow).sum()
+/// What a leg does over the clip, before it is moved.
+struct Habit {
+    /// The axis about which it is bent, seen from what it hangs on; its length says how much.
+    bow: Vector3<f64>,
+    /// How far it is stretched freely, as a share of its length.
+    longest: f64,
+}
+
+impl Habit {
+    fn of(skeleton: &Skeleton, clip: &Clip, foot: &Foot) -> Self {
+        let (mut bow, mut longest) = (Vector3::zeros(), 0.0_f64);
+        for pose in &clip.poses {
+            let world = skeleton.world_matrices(pose);
+            let places = places(&world, foot);
+            let bones: Vec<Vector3<f64>> = places.windows(2).map(|w| w[1] - w[0]).collect();
+            let turn: Vector3<f64> = bones.windows(2).map(|b| b[0].cross(&b[1])).sum();
+            bow += above(skeleton, &world, foot).inverse() * turn;
+            let reach = (places[places.len() - 1] - places[0]).norm();
+            longest = longest.max(reach / chain_length(&places));
+        }
+        Self { bow, longest: longest.min(STRETCH_EASES_AT) }
+    }
 }
 
 /// Places of the joints and of the end.
@@ -301,19 +313,9 @@ fn places(world: &[Matrix4<f64>], foot: &Foot) -> Vec<Point3<f64>> {
     places
 }
 
-/// Length of the joints' chain to its end.
-fn chain_length(world: &[Matrix4<f64>], foot: &Foot) -> f64 {
-    places(world, foot).windows(2).map(|w| (w[1] - w[0]).norm()).sum()
-}
-
-/// How far the leg is stretched at most over the clip, as a share of its length.
-fn longest_reach(skeleton: &Skeleton, clip: &Clip, foot: &Foot) -> f64 {
-    let reach = |pose: &Pose| {
-        let places = places(&skeleton.world_matrices(pose), foot);
-        let length: f64 = places.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-        (places[places.len() - 1] - places[0]).norm() / length
-    };
-    clip.poses.iter().map(reach).fold(0.0, f64::max)
+/// Length of the chain from place to place.
+fn chain_length(places: &[Point3<f64>]) -> f64 {
+    places.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
 /// A target is drawn in where the leg would be stretched beyond the share `longest` of its `length`: many legs never

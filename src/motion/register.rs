@@ -131,24 +131,25 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// The shift in whole pixels of least mean absolute difference after the means are taken off, over
-/// all shifts of at most a fifth of the picture.
+/// The shift in whole pixels of least mean absolute difference after the medians are taken off, over
+/// all shifts of at most a fifth of the picture; of the pixels that are looked at.
 fn coarse_shift(from: &Level, to: &Level, hidden: &Hidden) -> (f64, f64) {
     let (w, h) = (from.width as i64, from.height as i64);
     let reach = |side: i64| (side as f64 * SEARCH) as i64;
+    let seen: Vec<(i64, i64, f32)> = (0..from.height)
+        .flat_map(|y| (0..from.width).map(move |x| (x, y)))
+        .filter(|&(x, y)| !hidden.at(x, y))
+        .map(|(x, y)| (x as i64, y as i64, from.at(x, y)))
+        .collect();
     let mut best = (f64::INFINITY, 0, 0);
     for dy in -reach(h)..=reach(h) {
         for dx in -reach(w)..=reach(w) {
-            let mut differences: Vec<f32> = Vec::new();
-            for y in 0.max(-dy)..h.min(h - dy) {
-                for x in 0.max(-dx)..w.min(w - dx) {
-                    if hidden.at(x as usize, y as usize) {
-                        continue;
-                    }
-                    let there = to.at((x + dx) as usize, (y + dy) as usize);
-                    differences.push(there - from.at(x as usize, y as usize));
-                }
-            }
+            let difference = |&(x, y, here): &(i64, i64, f32)| {
+                let (x, y) = (x + dx, y + dy);
+                let inside = (0..w).contains(&x) && (0..h).contains(&y);
+                inside.then(|| to.at(x as usize, y as usize) - here)
+            };
+            let mut differences: Vec<f32> = seen.iter().filter_map(difference).collect();
             let middle = median(&mut differences);
             let cost =
                 differences.iter().map(|d| f64::from((d - middle).abs().min(40.0))).sum::<f64>()

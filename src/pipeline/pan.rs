@@ -168,18 +168,9 @@ mod tests {
         assert!(Pan::measure(&camera, &masks, &reports, 5..8, 25.0).is_none(), "one step of three");
 
         // From rails the ground passes the faster the nearer it is: by 2 pixels in the lowest row of the animal.
-        let nearer = Homography::from_matrix(nalgebra::Matrix3::new(
-            1.0,
-            -2.0 / 14.0,
-            0.0,
-            0.0,
-            1.0,
-            0.0,
-            0.0,
-            0.0,
-            1.0,
-        ));
-        let from_previous = nearer.unwrap();
+        let mut nearer = nalgebra::Matrix3::identity();
+        nearer[(0, 1)] = -2.0 / 14.0;
+        let from_previous = Homography::from_matrix(nearer).unwrap();
         let step = CameraStep { from_previous, inliers: 1.0, residual: 0.0 };
         let rails = CameraPath::from_steps(vec![step; 12]);
         let pan = Pan::measure(&rails, &masks, &reports, 0..12, 25.0).unwrap();
