@@ -71,7 +71,7 @@ impl YuvConversion {
 
     /// Red, green and blue of one stored colour.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn rgb(&self, y: u8, u: u8, v: u8) -> [u8; 3] {
         let half = 1 << (FRACTION_BITS - 1);
         let grey = self.luma * (i32::from(y) - 16) + half;

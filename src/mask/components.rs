@@ -28,6 +28,19 @@ impl Mask {
         }
         runs
     }
+
+    /// Sets the pixels of a run.
+    pub(crate) fn fill(&mut self, run: Run) {
+        let row = self.row_mut(run.y);
+        let mut x = run.start;
+        while x < run.end {
+            let until = run.end.min((x / 64 + 1) * 64);
+            let bits =
+                if until - x == 64 { u64::MAX } else { ((1 << (until - x)) - 1) << (x % 64) };
+            row[x / 64] |= bits;
+            x = until;
+        }
+    }
 }
 
 /// One connected component.
@@ -46,15 +59,7 @@ impl Component {
     /// Sets the component's pixels in a mask of the size it was found in.
     pub fn draw(&self, mask: &mut Mask) {
         for run in &self.runs {
-            let row = mask.row_mut(run.y);
-            let mut x = run.start;
-            while x < run.end {
-                let until = run.end.min((x / 64 + 1) * 64);
-                let bits =
-                    if until - x == 64 { u64::MAX } else { ((1 << (until - x)) - 1) << (x % 64) };
-                row[x / 64] |= bits;
-                x = until;
-            }
+            mask.fill(*run);
         }
     }
 

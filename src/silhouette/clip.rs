@@ -15,12 +15,12 @@ use rayon::prelude::*;
 use super::base_drafts::BaseDrafts;
 use super::correction::Labels;
 use super::drafts::{Clip, Corrected, Drafted};
+use super::enlarged::enlarged;
 use super::frame_report::{Flag, FrameReport, report_of_corrected_mask, report_of_mask};
-use super::lab_image::{LabImage, Region};
+use super::lab_image::LabImage;
 use super::light::light;
 use super::outline::outline;
 use super::reduced::{sized, sized_picture};
-use super::scale::Scale;
 use super::segmenter::{Chosen, Parts, Segmenter, Settings};
 use crate::error::Result;
 use crate::image::{Frame, Picture, Rectangle};
@@ -348,31 +348,4 @@ fn within(size: (usize, usize), most: usize) -> (usize, usize) {
     let scale = (most as f64 / pixels as f64).sqrt();
     let side = |s: usize| ((s as f64 * scale) as usize).max(1);
     (side(size.0), side(size.1))
-}
-
-/// The mask at a larger size, its outline smooth: half-way between the pixels' centres.
-fn enlarged(mask: &Mask, size: (usize, usize)) -> Mask {
-    if (mask.width(), mask.height()) == size {
-        return mask.clone();
-    }
-    let Some(bounds) = mask.bounds() else { return Mask::new(size.0, size.1) };
-    let scale = Scale::new(size, (mask.width(), mask.height()));
-    let span = |low: usize, high: usize, small: usize, large: usize| {
-        (low.saturating_sub(1) * large / small, ((high + 2) * large / small).min(large - 1))
-    };
-    let (left, right) = span(bounds.left, bounds.right, mask.width(), size.0);
-    let (top, bottom) = span(bounds.top, bounds.bottom, mask.height(), size.1);
-    let region = Region { left, top, right: right + 1, bottom: bottom + 1 };
-    let part = scale.part(region);
-    let value = |x: usize, y: usize| f32::from(u8::from(mask.get(x, y)));
-    let values: Vec<f32> = (part.top..part.bottom)
-        .flat_map(|y| (part.left..part.right).map(move |x| value(x, y)))
-        .collect();
-    let sampled = scale.sampled(&values, region);
-    let mut result = Mask::new(size.0, size.1);
-    for (y, row) in (top..).zip(sampled.chunks_exact(region.width())) {
-        let inside = row.iter().map(|value| *value >= 0.5);
-        result.set_row(y, std::iter::repeat_n(false, left).chain(inside));
-    }
-    result
 }

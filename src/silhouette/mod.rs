@@ -12,6 +12,7 @@ mod correction;
 mod cues;
 mod decisions;
 mod drafts;
+mod enlarged;
 mod evidence;
 mod expected;
 mod field;

@@ -2,10 +2,14 @@
 
 use std::borrow::Cow;
 
-use fast_image_resize::images::{CroppedImage, Image, ImageRef};
+use fast_image_resize::images::{Image, ImageRef};
 use fast_image_resize::{FilterType, IntoImageView, PixelType, ResizeAlg, ResizeOptions, Resizer};
 
-use crate::image::{Frame, Picture, YuvPicture};
+use crate::image::{Frame, Picture, YuvConversion, YuvPicture};
+use crate::numeric::{InstructionSet, Kernel};
+
+/// Channels a pixel of the library's can have, and rows that are scaled as such.
+const ROWS: usize = 4;
 
 /// The frame as a picture of a size no larger than its own.
 pub(super) fn sized(frame: &Frame, size: (usize, usize)) -> Cow<'_, Picture> {
@@ -36,20 +40,98 @@ fn reduced(picture: &Picture, size: (usize, usize)) -> Option<Picture> {
 
 /// Luma and chroma by that kernel each, converted where they are few. Conversion is linear but for
 /// rounding and clamping, so in whichever order the two are done, a channel differs by what is rounded.
+///
+/// The library works down the columns first and then along the rows, where a plane by itself takes it several
+/// times as long as a pixel's channels together. So for the latter four rows are taken as the channels of one,
+/// of luma, or two of U and the two of V beside them, which changes no value.
 fn reduced_stored(stored: &YuvPicture, size: (usize, usize)) -> Option<Picture> {
-    let (width, height) = sides((stored.width(), stored.height()))?;
-    let luma = ImageRef::new(width, height, stored.luma(), PixelType::U8).ok()?;
-    let chroma = ImageRef::new(width, height / 2, stored.chroma(), PixelType::U8).ok()?;
-    let half = |left: u32| CroppedImage::new(&chroma, left, 0, width / 2, height / 2).ok();
-    let y = resized(&luma, size, PixelType::U8)?;
-    let u = resized(&half(0)?, size, PixelType::U8)?;
-    let v = resized(&half(width / 2)?, size, PixelType::U8)?;
-    let conversion = stored.conversion();
-    let mut rgb = vec![0; 3 * y.len()];
-    for (rgb, ((y, u), v)) in rgb.chunks_exact_mut(3).zip(y.iter().zip(&u).zip(&v)) {
-        rgb.copy_from_slice(&conversion.rgb(*y, *u, *v));
-    }
+    let (width, height) = (stored.width(), stored.height());
+    let luma = reduced_rows(stored.luma(), (width, height), 1, size)?;
+    let chroma = reduced_rows(stored.chroma(), (width, height / 2), 2, size)?;
+    let mut rgb = vec![0; 3 * size.0 * size.1.next_multiple_of(ROWS)];
+    InstructionSet::best().run(RgbRows {
+        rgb: &mut rgb,
+        luma: luma.as_chunks().0,
+        chroma: chroma.as_chunks().0,
+        width: size.0,
+        conversion: stored.conversion(),
+    });
+    rgb.truncate(3 * size.0 * size.1);
     Picture::from_rgb(size.0, size.1, rgb)
+}
+
+/// A plane, or some side by side, each at a size: row by row of one after the other, as many at a time as a
+/// pixel has channels. There may be rows of nothing at the end.
+fn reduced_rows(
+    planes: &[u8],
+    (width, height): (usize, usize),
+    count: usize,
+    size: (usize, usize),
+) -> Option<Vec<u8>> {
+    let (w, h) = sides((width, height))?;
+    let whole = ImageRef::new(w, h, planes, PixelType::U8).ok()?;
+    let mut rows = resized(&whole, (width, size.1), PixelType::U8)?;
+    rows.resize(width * size.1.next_multiple_of(ROWS), 0);
+    let width = width / count;
+    let rows = InstructionSet::best().run(SideBySide { rows: &rows, width });
+    let (w, h) = sides((width, rows.len() / width))?;
+    let whole = ImageRef::new(w, h, rows.as_flattened(), PixelType::U8x4).ok()?;
+    resized(&whole, (size.0, rows.len() / width), PixelType::U8x4)
+}
+
+/// Rows of bytes to be put side by side.
+struct SideBySide<'a> {
+    rows: &'a [u8],
+    width: usize,
+}
+
+impl Kernel for SideBySide<'_> {
+    type Result = Vec<[u8; ROWS]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Result {
+        let mut together = vec![[0; ROWS]; self.rows.len() / ROWS];
+        let rows = self.rows.chunks_exact(ROWS * self.width);
+        for (to, rows) in together.chunks_exact_mut(self.width).zip(rows) {
+            let (upper, lower) = rows.split_at(2 * self.width);
+            let [(a, b), (c, d)] = [upper.split_at(self.width), lower.split_at(self.width)];
+            for ((to, (a, b)), (c, d)) in to.iter_mut().zip(a.iter().zip(b)).zip(c.iter().zip(d)) {
+                *to = [*a, *b, *c, *d];
+            }
+        }
+        together
+    }
+}
+
+/// Rows to be converted, [`ROWS`] at a time.
+struct RgbRows<'a> {
+    rgb: &'a mut [u8],
+    luma: &'a [[u8; ROWS]],
+    /// U and V of two rows.
+    chroma: &'a [[u8; ROWS]],
+    width: usize,
+    conversion: YuvConversion,
+}
+
+impl Kernel for RgbRows<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let w = self.width;
+        let rows = self.luma.chunks_exact(w).zip(self.chroma.chunks_exact(2 * w));
+        for (rgb, (luma, chroma)) in self.rgb.chunks_exact_mut(3 * ROWS * w).zip(rows) {
+            for (row, rgb) in rgb.chunks_exact_mut(3 * w).enumerate() {
+                let colours = luma.iter().zip(&chroma[row / 2 * w..]);
+                for (rgb, (luma, chroma)) in rgb.as_chunks_mut().0.iter_mut().zip(colours) {
+                    // By shifts, of which vectors are made.
+                    let y = u32::from_le_bytes(*luma) >> (8 * row);
+                    let uv = u32::from_le_bytes(*chroma) >> (16 * (row % 2));
+                    *rgb = self.conversion.rgb(y as u8, uv as u8, (uv >> 8) as u8);
+                }
+            }
+        }
+    }
 }
 
 fn sides(size: (usize, usize)) -> Option<(u32, u32)> {
@@ -59,7 +141,10 @@ fn sides(size: (usize, usize)) -> Option<(u32, u32)> {
 fn resized(whole: &impl IntoImageView, size: (usize, usize), of: PixelType) -> Option<Vec<u8>> {
     let (width, height) = sides(size)?;
     let mut small = Image::new(width, height, of);
-    let how = ResizeOptions::new().resize_alg(ResizeAlg::Convolution(FilterType::CatmullRom));
+    // A fourth channel is none of opacity.
+    let how = ResizeOptions::new()
+        .use_alpha(false)
+        .resize_alg(ResizeAlg::Convolution(FilterType::CatmullRom));
     Resizer::new().resize(whole, &mut small, &how).ok()?;
     Some(small.into_vec())
 }
@@ -132,6 +217,27 @@ mod tests {
                 "{size:?}: {mean} {:?}",
                 apart.iter().max()
             );
+        }
+    }
+
+    /// Against each plane scaled by itself, to the bit.
+    #[test]
+    fn rows_side_by_side_are_what_they_are_by_themselves() {
+        for ((w, h), size) in [((204, 136), (97, 33)), ((66, 70), (66, 35)), ((66, 70), (40, 70))] {
+            let bytes = (0..w * h * 3 / 2).map(|at| (at * at % 251) as u8).collect();
+            let stored = YuvPicture::new(w, h, YuvMatrix::Bt709, bytes).unwrap();
+            let alone = |plane: &[u8], w: usize| {
+                let whole = ImageRef::new(w as u32, (plane.len() / w) as u32, plane, PixelType::U8);
+                resized(&whole.unwrap(), size, PixelType::U8).unwrap()
+            };
+            let (u, v): (Vec<&[u8]>, Vec<&[u8]>) =
+                (0..h / 2).map(|y| stored.chroma_rows(y)).unzip();
+            let [y, u, v] = [(stored.luma(), w), (&u.concat(), w / 2), (&v.concat(), w / 2)]
+                .map(|(p, w)| alone(p, w));
+            let conversion = stored.conversion();
+            let rgb = (0..y.len()).flat_map(|at| conversion.rgb(y[at], u[at], v[at])).collect();
+            let wanted = Picture::from_rgb(size.0, size.1, rgb).unwrap();
+            assert!(reduced_stored(&stored, size).unwrap() == wanted, "{size:?}");
         }
     }
 

@@ -1,6 +1,9 @@
 //! Values of a small grid at the pixels of a larger one that shows the same picture.
 
+use std::ops::Range;
+
 use super::lab_image::Region;
+use crate::mask::Mask;
 
 /// How two grids of the same picture lie over one another.
 pub(super) struct Scale {
@@ -29,6 +32,25 @@ impl Scale {
     /// Width and height of the larger grid.
     pub(super) fn size(&self) -> (usize, usize) {
         (self.columns.len(), self.rows.len())
+    }
+
+    /// For each column of the small grid the columns of the larger one that lie between it and the next.
+    pub(super) fn columns_from(&self) -> Vec<Range<usize>> {
+        from_each(&self.columns, self.small.0)
+    }
+
+    /// The same of rows.
+    pub(super) fn rows_from(&self) -> Vec<Range<usize>> {
+        from_each(&self.rows, self.small.1)
+    }
+
+    /// The value at one pixel of the larger grid, of a mask's 1 and 0 on the small one.
+    pub(super) fn value_at(&self, (x, y): (usize, usize), mask: &Mask) -> f32 {
+        let ((x, along), (y, across)) = (self.columns[x], self.rows[y]);
+        let next = ((x + 1).min(self.small.0 - 1), (y + 1).min(self.small.1 - 1));
+        let value = |x, y| f32::from(u8::from(mask.get(x, y)));
+        let row = |y| value(x, y) * (1.0 - along) + value(next.0, y) * along;
+        row(y) * (1.0 - across) + row(next.1) * across
     }
 
     /// The part of the small grid that a region of the larger one takes its values from.
@@ -75,6 +97,12 @@ impl Scale {
         }
         all
     }
+}
+
+/// Which places of an axis of the larger grid follow each of the small one's, before the next.
+fn from_each(axis: &[(usize, f32)], small: usize) -> Vec<Range<usize>> {
+    let first = |low: usize| axis.partition_point(|at| at.0 < low);
+    (0..small).map(|low| first(low)..first(low + 1)).collect()
 }
 
 #[cfg(test)]

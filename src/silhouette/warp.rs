@@ -262,7 +262,7 @@ impl Way {
             let (sx, sy) = (sx.clamp(0.0, last_x), sy.clamp(0.0, last_y));
             let x0 = (sx as usize).min(last_x as usize - 1);
             let y0 = (sy as usize).min(last_y as usize - 1);
-            let weight = |s: f32, low: usize| ((s - low as f32) * STEPS as f32 + 0.5) as u16;
+            let weight = |s: f32, low: usize| ((s - low as f32) * f32::from(STEPS) + 0.5) as u16;
             let weights = [weight(sx, x0), weight(sy, y0)];
             row.gather_one(point, other, other.index(x0, y0), weights);
         }

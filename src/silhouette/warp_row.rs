@@ -7,7 +7,7 @@ use super::warp::Source;
 /// Steps a pixel is divided into for interpolation, each way, as a power of two: the product of two
 /// weights and a byte fits 16 bits, so that vectors of these do.
 const STEP_BITS: u32 = 4;
-pub(super) const STEPS: i32 = 1 << STEP_BITS;
+pub(super) const STEPS: u16 = 1 << STEP_BITS;
 
 /// Bits of the fraction of a coordinate.
 const FRACTION_BITS: u32 = 12;
@@ -156,10 +156,8 @@ impl Row {
             self.gather_one_by_one(at, other, line);
             return;
         }
-        let [along, across] = &mut self.weights;
-        for i in 0..LANES * SPAN {
-            along[at][i] = line.weight_x((i / LANES) as i32);
-            across[at][i] = line.weight_y((i / LANES) as i32);
+        for (to, weights) in self.weights.iter_mut().zip(line.weights()) {
+            to[at] = weights;
         }
     }
 
@@ -208,7 +206,7 @@ impl Row {
     fn gather_one_by_one(&mut self, at: usize, other: &Window, line: &Line) {
         for i in 0..SPAN {
             let (x, y) = line.pixel(i as i32);
-            let weights = [line.weight_x(i as i32), line.weight_y(i as i32)];
+            let weights = line.weights().map(|weights| weights[LANES * i]);
             self.gather_one((at, i), other, other.index(x as usize, y as usize), weights);
         }
     }
@@ -278,21 +276,23 @@ impl Line {
         ]
     }
 
+    /// Steps of the way from the pixel left of and above each place, along and across, of each lane. They are made
+    /// by themselves and stored as a whole: stored one by one into rows that could overlap they are no vectors.
     #[inline(always)]
-    fn weight_x(&self, i: i32) -> u16 {
-        weight(self.start.0 + i * self.step.0)
+    fn weights(&self) -> [Lanes; 2] {
+        let mut weights = [Lanes::default(); 2];
+        for (weights, (start, step)) in
+            weights.iter_mut().zip([(self.start.0, self.step.0), (self.start.1, self.step.1)])
+        {
+            // Of a coordinate the lowest bits count, which no carry from higher ones reaches.
+            let (start, step) = (start as u16, step as u16);
+            for (i, weight) in weights.iter_mut().enumerate() {
+                let place = start.wrapping_add(step.wrapping_mul((i / LANES) as u16));
+                *weight = place >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1);
+            }
+        }
+        weights
     }
-
-    #[inline(always)]
-    fn weight_y(&self, i: i32) -> u16 {
-        weight(self.start.1 + i * self.step.1)
-    }
-}
-
-/// Steps of a coordinate from the pixel it lies behind.
-#[inline(always)]
-fn weight(s: i32) -> u16 {
-    (s >> (FRACTION_BITS - STEP_BITS) & (STEPS - 1)) as u16
 }
 
 #[cfg(test)]
