@@ -4,7 +4,10 @@
 //! radius 1 the plus of five pixels. Outside the picture there is nothing to dilate from and
 //! nothing that erodes, so opening never adds a pixel and closing never removes one.
 
+use std::ops::Range;
+
 use super::{Connectivity, Mask, components};
+use crate::numeric::{InstructionSet, Kernel};
 
 impl Mask {
     /// Every pixel within `radius_px` of a set one.
@@ -20,9 +23,7 @@ impl Mask {
     }
 
     /// Every pixel within `radius_px` of a set one, or of one that is not; the latter only where it
-    /// may make a difference to pixels that are set. Each row is widened step by step to the widths
-    /// of the disc's rows and united with the rows it reaches, so that all that is touched lies in
-    /// the nearest cache.
+    /// may make a difference to pixels that are set.
     fn spread(&self, radius_px: usize, of_unset: bool) -> Self {
         let mut result = Self::new(self.width(), self.height());
         let Some(b) = self.bounds() else { return result };
@@ -34,25 +35,8 @@ impl Mask {
         let margin = if of_unset { radius_px } else { 0 };
         let rows = b.top.saturating_sub(margin)..(b.bottom + 1 + margin).min(self.height());
         let flip = if of_unset { u64::MAX } else { 0 };
-        let mut widened = WideRow::new(columns.len());
-        for y in rows {
-            let row = columns.clone().zip(&self.row(y)[columns.clone()]);
-            if !widened.load(row.map(|(at, word)| (word ^ flip) & self.valid_bits(at))) {
-                continue;
-            }
-            // From the top of the disc to its middle the half-width only grows.
-            for dy in (0..=radius_px).rev() {
-                widened.widen_to(disc_half_width(radius_px, dy));
-                let above = y.checked_sub(dy);
-                let below = Some(y + dy).filter(|&t| dy > 0 && t < self.height());
-                for target in above.into_iter().chain(below) {
-                    let row = &mut result.row_mut(target)[columns.clone()];
-                    for (word, add) in row.iter_mut().zip(widened.words()) {
-                        *word |= add;
-                    }
-                }
-            }
-        }
+        let to = &mut result;
+        InstructionSet::best().run(Spread { of: self, flip, columns, rows, radius_px, to });
         // What was widened beyond the right border.
         if let Some(last) = self.words_per_row().checked_sub(1) {
             let valid = self.valid_bits(last);
@@ -100,50 +84,120 @@ impl Mask {
     }
 }
 
-/// A row of words that is widened in steps. A word without bits at either end stands for what lies
-/// outside.
-struct WideRow {
-    words: Vec<u64>,
-    before: Vec<u64>,
-    half_width: usize,
+/// Rows that are worked on together: few enough to stay in the nearest cache.
+const TOGETHER: usize = 16;
+
+/// Pixels to be spread over the discs about them.
+struct Spread<'a> {
+    of: &'a Mask,
+    flip: u64,
+    /// Words and rows outside of which nothing is set.
+    columns: Range<usize>,
+    rows: Range<usize>,
+    radius_px: usize,
+    to: &'a mut Mask,
 }
 
-impl WideRow {
-    fn new(words: usize) -> Self {
-        Self { words: vec![0; words + 2], before: vec![0; words + 2], half_width: 0 }
-    }
+impl Kernel for Spread<'_> {
+    type Result = ();
 
-    /// Takes a row in; `false` when it has no bit.
-    fn load(&mut self, row: impl Iterator<Item = u64>) -> bool {
-        self.half_width = 0;
-        let mut any = 0;
-        for (to, word) in self.words[1..].iter_mut().zip(row) {
-            *to = word;
-            any |= word;
+    /// A row of the result is what the disc's rows reach about the rows above and below, each as far as the
+    /// disc is wide there. It is made from the middle outwards: what the inner rows hold is widened by as
+    /// much as the disc narrows, the next two are added, and so on. Some rows are made together, as one long
+    /// row with gaps that no bit gets across, of which the compiler makes vectors.
+    #[inline(always)]
+    fn run(self) {
+        let Self { of, flip, columns, rows, radius_px, to } = self;
+        let n = columns.len();
+        let stride = n + 2 * radius_px / 64 + 1;
+        // Rows from two radii above the first to as far below the last: those that can be reached, and
+        // those that these look at.
+        let reached = rows.len() + 2 * radius_px;
+        let height = reached.next_multiple_of(TOGETHER) + 2 * radius_px;
+        let mut words = vec![0; height * stride];
+        let mut is_set = vec![false; height];
+        for (at, y) in (2 * radius_px..).zip(rows.clone()) {
+            let row = &mut words[at * stride..][..n];
+            for (to, word) in row.iter_mut().zip(&of.row(y)[columns.clone()]) {
+                *to = word ^ flip;
+            }
+            if let Some(last) = row.last_mut() {
+                *last &= of.valid_bits(columns.end - 1);
+            }
+            is_set[at] = row.iter().any(|word| *word != 0);
         }
-        any != 0
+        let mut wide = WideRows::new(TOGETHER * stride);
+        for first in (0..reached).step_by(TOGETHER) {
+            if !is_set[first..first + TOGETHER + 2 * radius_px].contains(&true) {
+                continue;
+            }
+            // The middle row of the first one is `radius_px` further down.
+            let row = |at: usize| &words[at * stride..];
+            wide.set(row(first + radius_px));
+            let mut half_width = radius_px;
+            for dy in 1..=radius_px {
+                let narrower = disc_half_width(radius_px, dy);
+                wide.widen(half_width - narrower);
+                wide.add(row(first + radius_px - dy), row(first + radius_px + dy));
+                half_width = narrower;
+            }
+            for (at, words) in (first..).zip(wide.words().chunks_exact(stride)) {
+                let y = (rows.start + at).checked_sub(radius_px);
+                if let Some(y) = y.filter(|y| *y < to.height()) {
+                    to.row_mut(y)[columns.clone()].copy_from_slice(&words[..n]);
+                }
+            }
+        }
+    }
+}
+
+/// A row of words between two without bits, which stand for what lies outside.
+struct WideRows {
+    words: Vec<u64>,
+    before: Vec<u64>,
+}
+
+impl WideRows {
+    fn new(words: usize) -> Self {
+        Self { words: vec![0; words + 2], before: vec![0; words + 2] }
     }
 
+    #[inline(always)]
     fn words(&self) -> &[u64] {
         &self.words[1..self.words.len() - 1]
     }
 
-    /// Every bit within `half_width` of one of the row taken in; no less than it is already. Bits
-    /// beyond the row's last pixel are left in its last word: they come from pixels as near.
-    fn widen_to(&mut self, half_width: usize) {
-        while self.half_width < half_width {
-            // Runs are at least twice as wide and one, and may be moved that far without a gap.
-            let step = (half_width - self.half_width).min(2 * self.half_width + 1).min(63);
-            self.before.copy_from_slice(&self.words);
-            let last = self.before.len() - 1;
-            let [left, middle, right] =
-                [&self.before[..last - 1], &self.before[1..last], &self.before[2..]];
-            let to = &mut self.words[1..last];
+    /// Takes over as many words as there are.
+    #[inline(always)]
+    fn set(&mut self, words: &[u64]) {
+        let end = self.words.len() - 1;
+        self.words[1..end].copy_from_slice(&words[..end - 1]);
+    }
+
+    #[inline(always)]
+    fn add(&mut self, a: &[u64], b: &[u64]) {
+        let end = self.words.len() - 1;
+        for (to, (a, b)) in self.words[1..end].iter_mut().zip(a.iter().zip(b)) {
+            *to |= a | b;
+        }
+    }
+
+    /// Every bit within `by` of one there is. Bits beyond the last pixel stay: they come from pixels as near.
+    #[inline(always)]
+    fn widen(&mut self, by: usize) {
+        let mut widened = 0;
+        while widened < by {
+            // Runs are twice as wide and one by now, and may be moved that far without a gap.
+            let step = (by - widened).min(2 * widened + 1).min(63);
+            std::mem::swap(&mut self.words, &mut self.before);
             let (up, down) = (step as u32, 64 - step as u32);
-            for (((to, &l), &m), &r) in to.iter_mut().zip(left).zip(middle).zip(right) {
+            let end = self.words.len() - 1;
+            let beside = self.before[..end - 1].iter().zip(&self.before[2..]);
+            let middle = beside.zip(&self.before[1..end]);
+            for (to, ((l, r), m)) in self.words[1..end].iter_mut().zip(middle) {
                 *to = m | m << up | l >> down | m >> up | r << down;
             }
-            self.half_width += step;
+            widened += step;
         }
     }
 }
