@@ -56,6 +56,11 @@ pub struct Component {
 }
 
 impl Component {
+    /// Its pixels, row by row.
+    pub(crate) fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
     /// Sets the component's pixels in a mask of the size it was found in.
     pub fn draw(&self, mask: &mut Mask) {
         for run in &self.runs {

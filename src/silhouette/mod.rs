@@ -19,6 +19,7 @@ mod field;
 mod frame_report;
 mod lab_image;
 mod least_sure;
+mod leg_ends;
 mod light;
 mod likeness;
 mod location;
