@@ -1,5 +1,7 @@
 //! Exact distances on a grid.
 
+use super::instructions::{InstructionSet, Kernel};
+
 /// The longest side of a grid whose squared distances all fit `u32` and stay below `u32::MAX`.
 const MAX_SIDE: usize = 46_341;
 
@@ -31,14 +33,7 @@ pub fn grid_distances_sq(set: &[bool], width: usize, height: usize) -> Vec<u32> 
         return Vec::new();
     }
     let mut distances: Vec<u32> = set.iter().map(|&s| if s { 0 } else { u32::MAX }).collect();
-    for row in 1..height {
-        let (above, here) = distances[(row - 1) * width..(row + 1) * width].split_at_mut(width);
-        step_from(above, here);
-    }
-    for row in (1..height).rev() {
-        let (here, below) = distances[(row - 1) * width..(row + 1) * width].split_at_mut(width);
-        step_from(below, here);
-    }
+    InstructionSet::best().run(WithinColumns { distances: &mut distances, width });
     let mut envelope = Vec::with_capacity(width);
     for row in distances.chunks_exact_mut(width) {
         across(row, &mut envelope);
@@ -46,7 +41,32 @@ pub fn grid_distances_sq(set: &[bool], width: usize, height: usize) -> Vec<u32> 
     distances
 }
 
+/// Distances within columns to be found, of pixels that are 0 or far away.
+struct WithinColumns<'a> {
+    distances: &'a mut [u32],
+    width: usize,
+}
+
+impl Kernel for WithinColumns<'_> {
+    type Result = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { distances, width } = self;
+        let height = distances.len() / width;
+        for row in 1..height {
+            let (above, here) = distances[(row - 1) * width..(row + 1) * width].split_at_mut(width);
+            step_from(above, here);
+        }
+        for row in (1..height).rev() {
+            let (here, below) = distances[(row - 1) * width..(row + 1) * width].split_at_mut(width);
+            step_from(below, here);
+        }
+    }
+}
+
 /// Distances within columns, by way of the neighbouring row.
+#[inline(always)]
 fn step_from(from: &[u32], to: &mut [u32]) {
     for (&from, to) in from.iter().zip(to) {
         *to = (*to).min(from.saturating_add(1));

@@ -1,8 +1,11 @@
 //! The motion of what the camera's motion does not explain: of the places of a draft, some lie where
 //! the camera's motion brings them, and most of the others where one displacement does.
 
+use std::ops::Range;
+
 use super::lab_image::LabImage;
 use crate::mask::{Mask, Run};
+use crate::numeric::{InstructionSet, Kernel};
 
 /// Differences are counted up to this, half units of L*a*b* summed over the channels: larger ones say
 /// no more.
@@ -44,7 +47,7 @@ impl Places {
 
 /// The difference of two pixels, of which each channel is a pair of bytes, up to [`MOST`]. Bytes of L* are
 /// half units, those of a* and b* whole ones.
-#[inline]
+#[inline(always)]
 pub(super) fn difference(l: (&u8, &u8), a: (&u8, &u8), b: (&u8, &u8)) -> u16 {
     let apart = |(a, b): (&u8, &u8)| u16::from(a.abs_diff(*b));
     (apart(l) + 2 * (apart(a) + apart(b))).min(MOST)
@@ -60,26 +63,17 @@ pub(super) fn shifted(
     differences: &mut Vec<u16>,
 ) {
     differences.clear();
-    let (w, h) = (from.width() as i64, from.height() as i64);
-    for &Run { y, start: left, end: right } in &places.runs {
-        let there = y as i64 + shift.1;
-        let inside =
-            |x: usize| (x as i64).max(-shift.0).min(w - shift.0).clamp(left as i64, right as i64);
-        let (first, last) = (inside(left) as usize, inside(right) as usize);
-        if there < 0 || there >= h || first >= last {
-            differences.resize(differences.len() + right - left, MOST);
-            continue;
-        }
-        differences.resize(differences.len() + first - left, MOST);
-        let here = y * from.width() + first..y * from.width() + last;
-        let start = (there * w + first as i64 + shift.0) as usize;
+    for run in &places.runs {
+        let Inside { columns, there } = Inside::of(*run, from, shift);
+        differences.resize(differences.len() + columns.start - run.start, MOST);
+        let here = run.y * from.width() + columns.start..run.y * from.width() + columns.end;
         let pairs = |c: usize| {
-            let other = &to.planes()[c][start..start + here.len()];
+            let other = &to.planes()[c][there..there + here.len()];
             from.planes()[c][here.clone()].iter().zip(other)
         };
         differences
             .extend(pairs(0).zip(pairs(1)).zip(pairs(2)).map(|((l, a), b)| difference(l, a, b)));
-        differences.resize(differences.len() + right - last, MOST);
+        differences.resize(differences.len() + run.end - columns.end, MOST);
     }
 }
 
@@ -91,17 +85,93 @@ pub(super) fn best_shift(
     explained: &[u16],
     shifts: impl Iterator<Item = (i64, i64)>,
 ) -> Option<(i64, i64)> {
-    let mut differences = Vec::with_capacity(explained.len());
-    let mut best: Option<(u32, (i64, i64))> = None;
-    for shift in shifts {
-        shifted(from, to, places, shift, &mut differences);
-        let lesser = differences.iter().zip(explained).map(|(a, b)| u32::from(*a.min(b)));
-        let sum = lesser.sum();
-        if best.is_none_or(|(least, _)| sum < least) {
-            best = Some((sum, shift));
+    InstructionSet::best().run(Search { from, to, places, explained, shifts })
+}
+
+/// Displacements to be searched for the best.
+struct Search<'a, I> {
+    from: &'a LabImage,
+    to: &'a LabImage,
+    places: &'a Places,
+    explained: &'a [u16],
+    shifts: I,
+}
+
+impl<I: Iterator<Item = (i64, i64)>> Kernel for Search<'_, I> {
+    type Result = Option<(i64, i64)>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Result {
+        let Self { from, to, places, explained, shifts } = self;
+        let mut best: Option<(u32, (i64, i64))> = None;
+        for shift in shifts {
+            let least = best.map_or(u32::MAX, |(least, _)| least);
+            if let Some(sum) = lesser_sum((from, to), places, explained, shift, least) {
+                best = Some((sum, shift));
+            }
+        }
+        best.map(|(_, shift)| shift)
+    }
+}
+
+/// The sum, over the places, of the lesser of what is left by a displacement and by what was explained; `None`
+/// from `least` on.
+#[inline(always)]
+fn lesser_sum(
+    (from, to): (&LabImage, &LabImage),
+    places: &Places,
+    mut explained: &[u16],
+    shift: (i64, i64),
+    least: u32,
+) -> Option<u32> {
+    let width = from.width();
+    let mut sum = 0;
+    for run in &places.runs {
+        let (of_run, others) = explained.split_at(run.end - run.start);
+        explained = others;
+        let inside = Inside::of(*run, from, shift);
+        let (before, rest) = of_run.split_at(inside.columns.start - run.start);
+        let (within, after) = rest.split_at(inside.columns.len());
+        for explained in [before, after] {
+            sum += explained.iter().map(|e| u32::from(MOST.min(*e))).sum::<u32>();
+        }
+        let here = run.y * width + inside.columns.start..run.y * width + inside.columns.end;
+        let there = inside.there..inside.there + here.len();
+        let [l, a, b] = from.planes().each_ref().map(|plane| plane[here.clone()].iter());
+        let [other_l, other_a, other_b] =
+            to.planes().each_ref().map(|plane| plane[there.clone()].iter());
+        let pairs = l.zip(other_l).zip(a.zip(other_a)).zip(b.zip(other_b)).zip(within);
+        let lesser = pairs.map(|(((l, a), b), explained)| difference(l, a, b).min(*explained));
+        sum += lesser.map(u32::from).sum::<u32>();
+        if sum >= least {
+            return None;
         }
     }
-    best.map(|(_, shift)| shift)
+    (sum < least).then_some(sum)
+}
+
+/// What of a run lies inside the other picture when it is displaced.
+struct Inside {
+    /// Columns of the run, perhaps none.
+    columns: Range<usize>,
+    /// The pixel of the other picture that the first of them comes to.
+    there: usize,
+}
+
+impl Inside {
+    #[inline(always)]
+    fn of(run: Run, picture: &LabImage, shift: (i64, i64)) -> Self {
+        let (w, h) = (picture.width() as i64, picture.height() as i64);
+        let there = run.y as i64 + shift.1;
+        let (left, right) = (run.start as i64, run.end as i64);
+        let inside = |x: i64| x.max(-shift.0).min(w - shift.0).clamp(left, right);
+        let (first, last) = (inside(left), inside(right));
+        if there < 0 || there >= h || first >= last {
+            return Self { columns: run.start..run.start, there: 0 };
+        }
+        let columns = first as usize..last as usize;
+        Self { columns, there: (there * w + first + shift.0) as usize }
+    }
 }
 
 /// All displacements at most `along` and `across` from one.
@@ -166,6 +236,27 @@ mod tests {
                     (d(0) + 2 * d(1) + 2 * d(2)).min(MOST)
                 })
                 .collect();
+            prop_assert_eq!(found, wanted);
+        }
+
+        /// Against the sums over all places, displacement by displacement, many of which lie in part outside.
+        #[test]
+        fn the_best_displacement_is_the_first_of_the_least_sum(
+            (w, h, from, to, pixels) in (1_usize..12, 1_usize..7).prop_flat_map(|(w, h)| {
+                let pixels = proptest::collection::vec(proptest::bool::ANY, w * h);
+                (Just(w), Just(h), picture(w, h), picture(w, h), pixels)
+            }),
+            explained in proptest::collection::vec(0_u16..=MOST, 84),
+        ) {
+            let places = Places::of(&Mask::from_bools(w, h, &pixels).unwrap());
+            let explained = &explained[..places.count()];
+            let mut differences = Vec::new();
+            let mut sum = |shift| -> u32 {
+                shifted(&from, &to, &places, shift, &mut differences);
+                differences.iter().zip(explained).map(|(a, b)| u32::from(*a.min(b))).sum()
+            };
+            let wanted = around((1, 0), 5, 3).min_by_key(|shift| sum(*shift));
+            let found = best_shift((&from, &to), &places, explained, around((1, 0), 5, 3));
             prop_assert_eq!(found, wanted);
         }
 

@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 use super::lab_image::{LabImage, Region};
 use super::likeness::{Box3, compare};
 use super::warp::{Source, Warped};
-use crate::numeric::{InstructionSet, Kernel};
+use crate::numeric::{InstructionSet, Kernel, whole_part};
 
 /// Frames before and after that a frame is compared with, for footage at [`REFERENCE_FPS`]. Near
 /// ones are aligned best, far ones have the animal elsewhere.
@@ -140,7 +140,7 @@ pub(super) fn plate_distances<'a, 'b: 'a>(
     PlateDistances {
         region,
         shown: shown.ranked(),
-        colours: mean.map_or_else(Vec::new, |mean| mean.colours()),
+        colours: mean.map_or_else(Vec::new, |mean| instructions.run(Means(&mean))),
         any: any.map_or_else(Vec::new, |any| any.ranked()),
     }
 }
@@ -200,11 +200,30 @@ impl MeanColour {
         }
     }
 
+    #[inline(always)]
     fn colours(&self) -> Vec<[u8; 3]> {
-        let colour = |(at, seen): (usize, &u16)| {
-            std::array::from_fn(|c| (self.sums[c][at] / (*seen).max(1)) as u8)
-        };
-        self.seen.iter().enumerate().map(colour).collect()
+        let [l, a, b] = self.sums.each_ref().map(|sums| sums.iter());
+        let mut colours = vec![[0; 3]; self.seen.len()];
+        for (colour, (((l, a), b), seen)) in colours.iter_mut().zip(l.zip(a).zip(b).zip(&self.seen))
+        {
+            // Sums of so few bytes are no nearer to a multiple from below than floats can tell.
+            let seen = f32::from((*seen).max(1));
+            let mean = |sum: &u16| whole_part(f32::from(*sum) / seen) as u8;
+            *colour = [mean(l), mean(a), mean(b)];
+        }
+        colours
+    }
+}
+
+/// Mean colours to be worked out.
+struct Means<'a>(&'a MeanColour);
+
+impl Kernel for Means<'_> {
+    type Result = Vec<[u8; 3]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Result {
+        self.0.colours()
     }
 }
 
@@ -307,6 +326,20 @@ mod tests {
         assert!(plate.shown(13, 13) > 60, "{}", plate.shown(13, 13));
         assert!(plate.shown(20, 5) <= 1, "{}", plate.shown(20, 5));
         assert_eq!(plate.shown(0, 5), UNKNOWN, "no frame shows the left border");
+    }
+
+    /// Of all sums there can be.
+    #[test]
+    fn mean_colours_are_whole_parts() {
+        for seen in 0..=2 * OFFSETS.len() as u16 {
+            let sums: Vec<u16> = (0..=255 * seen).collect();
+            let seen_each = vec![seen; sums.len()];
+            let mean =
+                MeanColour { sums: [sums.clone(), sums.clone(), sums.clone()], seen: seen_each };
+            for (sum, colour) in sums.iter().zip(InstructionSet::best().run(Means(&mean))) {
+                assert_eq!(colour, [(sum / seen.max(1)) as u8; 3]);
+            }
+        }
     }
 
     proptest! {

@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::lab_image::{LabImage, Region};
 use super::plate::UNKNOWN;
-use super::warp_row::{Line, Row, SPAN, STEPS, Window};
+use super::warp_row::{Lines, Row, SPAN, STEPS, Window};
 use crate::mask::Mask;
 use crate::numeric::{InstructionSet, Kernel};
 
@@ -89,12 +89,12 @@ impl Warped {
         let other = &self.window;
         let spans = w.div_ceil(SPAN);
         let mut row = Row::new(spans);
-        let mut places = vec![(0.0, 0.0); spans + 1];
+        let mut lines = Lines::new(spans);
         for y in region.top..region.bottom {
-            way.places(region.left as f32, y as f32, &mut places);
-            for (at, ends) in places.array_windows().enumerate() {
-                let first = ((region.left + at * SPAN) as f32, y as f32);
-                row.outside[at] = way.look(other, first, *ends, at, &mut row);
+            let first = |at: usize| ((region.left + at * SPAN) as f32, y as f32);
+            lines.set(|at| way.place(first(at).0, y as f32));
+            for at in 0..spans {
+                row.outside[at] = way.look(other, first(at), &lines, at, &mut row);
             }
             let here = (y - region.top) * w..(y - region.top + 1) * w;
             let [l, a, b] = self.image.planes_mut().each_mut().map(|p| &mut p[here.clone()]);
@@ -196,32 +196,24 @@ impl Way {
         ((m[0] * x + m[1] * y + m[2]) * depth, (m[3] * x + m[4] * y + m[5]) * depth)
     }
 
-    /// The places of every eighth pixel of a row, from (`left`, `y`) on.
-    #[inline(always)]
-    fn places(&self, left: f32, y: f32, places: &mut [(f32, f32)]) {
-        for (at, place) in places.iter_mut().enumerate() {
-            *place = self.place(left + (at * SPAN) as f32, y);
-        }
-    }
-
-    /// Gathers what the pixels from (`x`, `y`) to the right look at, the first of them and the one
-    /// after the last at `ends`, as span `at` of a row. [`UNKNOWN`] for those that look at nothing,
-    /// else 0.
+    /// Gathers what the pixels from (`x`, `y`) to the right look at, along the line of span `at` of a row.
+    /// [`UNKNOWN`] for those that look at nothing, else 0.
     #[inline(always)]
     fn look(
         &self,
         other: &Window,
         (x, y): (f32, f32),
-        ends: [(f32, f32); 2],
+        lines: &Lines,
         at: usize,
         row: &mut Row,
     ) -> [u8; SPAN] {
+        let ends = lines.ends(at);
         // Comparisons with NaN are false. A pole between the ends would part them widely.
         let well_inside = |&(sx, sy): &(f32, f32)| {
             sx >= 0.0 && sy >= 0.0 && sx < self.last.0 - 0.5 && sy < self.last.1 - 0.5
         };
         if ends.iter().all(well_inside) && (ends[1].0 - ends[0].0).abs() < 4.0 * SPAN as f32 {
-            row.gather(at, other, &Line::between(ends));
+            row.gather(at, other, &lines.line(at));
             return [0; SPAN];
         }
         row.clear(at);
@@ -330,10 +322,10 @@ mod tests {
             let mut window = Window::default();
             window.show(&other, way.seen(region));
             for y in 0..20 {
-                let ends = |x: usize| [x, x + SPAN].map(|x| way.place(x as f32, y as f32));
                 for x in [0, SPAN, 2 * SPAN] {
-                    let mut row = Row::new(1);
-                    let none = way.look(&window, (x as f32, y as f32), ends(x), 0, &mut row);
+                    let (mut row, mut lines) = (Row::new(1), Lines::new(1));
+                    lines.set(|end| way.place((x + end * SPAN) as f32, y as f32));
+                    let none = way.look(&window, (x as f32, y as f32), &lines, 0, &mut row);
                     let mut seen = [[0; SPAN]; 4];
                     row.interpolate(seen.each_mut().map(|plane| &mut plane[..]));
                     let at = y * 24 + x;

@@ -235,6 +235,57 @@ impl Row {
     }
 }
 
+/// The ends of a row's spans in the other picture, and the lines between them: made for all spans together,
+/// which makes vectors of it.
+pub(super) struct Lines {
+    /// Columns, and rows.
+    places: [Vec<f32>; 2],
+    starts: [Vec<i32>; 2],
+    steps: [Vec<i32>; 2],
+}
+
+impl Lines {
+    pub(super) fn new(spans: usize) -> Self {
+        Self {
+            places: std::array::from_fn(|_| vec![0.0; spans + 1]),
+            starts: std::array::from_fn(|_| vec![0; spans]),
+            steps: std::array::from_fn(|_| vec![0; spans]),
+        }
+    }
+
+    /// Takes the places of the first pixel of each span, and of the one after the last.
+    #[inline(always)]
+    pub(super) fn set(&mut self, place: impl Fn(usize) -> (f32, f32)) {
+        let [x, y] = &mut self.places;
+        for (at, (x, y)) in x.iter_mut().zip(y).enumerate() {
+            (*x, *y) = place(at);
+        }
+        let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
+        let lines = self.starts.iter_mut().zip(&mut self.steps);
+        for (places, (starts, steps)) in self.places.iter().zip(lines) {
+            let ends = places.iter().zip(&places[1..]);
+            for ((start, step), (from, to)) in starts.iter_mut().zip(steps).zip(ends) {
+                // What lies far outside is not looked at.
+                *start = fixed(*from).wrapping_add(HALF_STEP);
+                *step = fixed((to - from) / SPAN as f32);
+            }
+        }
+    }
+
+    /// The places of the first pixel of a span and of the one after its last.
+    #[inline(always)]
+    pub(super) fn ends(&self, at: usize) -> [(f32, f32); 2] {
+        let [x, y] = &self.places;
+        [(x[at], y[at]), (x[at + 1], y[at + 1])]
+    }
+
+    #[inline(always)]
+    pub(super) fn line(&self, at: usize) -> Line {
+        let [start, step] = [&self.starts, &self.steps].map(|[x, y]| (x[at], y[at]));
+        Line { start, step }
+    }
+}
+
 /// Places along a span, evenly spaced, coordinates in fixed point.
 pub(super) struct Line {
     start: (i32, i32),
@@ -242,17 +293,6 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// From the place of the first pixel to that of the one after the last.
-    #[inline(always)]
-    pub(super) fn between(ends: [(f32, f32); 2]) -> Self {
-        let fixed = |s: f32| (s * (1 << FRACTION_BITS) as f32) as i32;
-        let step = |from: f32, to: f32| fixed((to - from) / SPAN as f32);
-        Self {
-            start: (fixed(ends[0].0) + HALF_STEP, fixed(ends[0].1) + HALF_STEP),
-            step: (step(ends[0].0, ends[1].0), step(ends[0].1, ends[1].1)),
-        }
-    }
-
     /// The pixel left of and above place `i`.
     #[inline(always)]
     fn pixel(&self, i: i32) -> (i32, i32) {
@@ -323,7 +363,9 @@ mod tests {
                 (start + SPAN as f32 * step).clamp(0.0, last - 0.51)
             };
             let ends = [start, (end(start.0, along, 23.0), end(start.1, step.1, 8.0))];
-            let line = Line::between(ends);
+            let mut lines = Lines::new(1);
+            lines.set(|at| ends[at]);
+            let line = lines.line(0);
             let mut row = Row::new(2);
             row.gather(0, &other, &line);
             row.gather_one_by_one(1, &other, &line);
