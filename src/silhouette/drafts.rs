@@ -21,45 +21,73 @@ use super::lab_image::{LabImage, Region};
 use super::least_sure::CARRIED_FRAMES;
 use super::location::location_odds;
 use super::pair_costs::Fall;
-use super::plate::{Asked, PlateDistances, compared_frames, plate_distances};
+use super::plate::{Asked, FEW_OFFSETS, OFFSETS, PlateDistances, compared_frames, plate_distances};
 use super::resemblance::{Resemblance, Seen};
 use super::scene_evidence::Compared;
 use super::scene_parts::{Stage, without_scene};
-use super::shadow::{self, shadow};
+use super::shadow::{self, Looked, shadows};
 use super::warp::Source;
 use crate::mask::Mask;
 use crate::numeric::GridCut;
 
-/// Rounds of drafting: the first builds on a guess by colour, the second on the first.
-const ROUNDS: usize = 2;
+/// How a round of drafting is done.
+#[derive(Clone, Copy)]
+struct Round {
+    /// Radius by which a draft is widened before its pixels are kept out of the plate, pixels of the
+    /// sketch.
+    excluded_px: usize,
+    /// How far from the draft a silhouette may reach, roots of the draft's area.
+    reach: f64,
+    /// How much the drafted place counts, and how much colour does.
+    location: f32,
+    colour: f32,
+    /// How far before and after the frames of the plate are.
+    offsets: &'static [usize],
+    /// What the plate is asked for.
+    asked: Asked,
+}
 
-/// Radius by which a draft is widened before its pixels are kept out of the plate, pixels of the
-/// sketch: the first draft is a guess, later ones are not.
-const EXCLUDED_AT_FIRST_PX: usize = 4;
-const EXCLUDED_PX: usize = 2;
+/// On a guess by colour: there may be a trunk without neck and legs, and two rectangles do not show all
+/// colours of the animal.
+const ON_GUESSES: Round = Round {
+    excluded_px: 4,
+    reach: 2.0,
+    location: 0.5,
+    colour: 0.5,
+    offsets: &FEW_OFFSETS,
+    asked: Asked::Nothing,
+};
 
-/// How far from the draft a silhouette may reach, roots of the draft's area: at first there may be
-/// a trunk without neck and legs, later not much is missing.
-const REACH_AT_FIRST: f64 = 2.0;
-const REACH: f64 = 1.2;
+/// On the drafts of the first round: what they lack of the legs is in the plate as yet.
+const ON_DRAFTS: Round = Round {
+    excluded_px: 2,
+    reach: 0.7,
+    location: 1.0,
+    colour: 1.0,
+    offsets: &OFFSETS,
+    asked: Asked::Colours,
+};
 
-/// How much the drafted place counts while the draft is a first guess, and how much colour does:
-/// two rectangles do not show all colours of the animal.
-const FIRST_TRUST: Trust = Trust { location: 0.5, colour: 0.5 };
-const LATER_TRUST: Trust = Trust { location: 1.0, colour: 1.0 };
+/// On the drafts of the second round: not much is missing.
+const ON_BETTER_DRAFTS: Round = Round { reach: 0.5, ..ON_DRAFTS };
 
-/// The same with corrections: the place they expect the animal at counts besides.
-const CORRECTED_TRUST: Trust = Trust { location: 0.7, colour: 1.0 };
+/// With corrections: the place they expect the animal at counts besides.
+const WITH_CORRECTIONS: Round = Round {
+    excluded_px: 2,
+    reach: 1.2,
+    location: 0.7,
+    colour: 1.0,
+    offsets: &OFFSETS,
+    asked: Asked::All,
+};
+
+/// Rounds of drafting without corrections, and how often the frames beside corrections are worked over.
+const ROUNDS: [Round; 3] = [ON_GUESSES, ON_DRAFTS, ON_BETTER_DRAFTS];
+const CORRECTED_ROUNDS: usize = 2;
 
 /// How much a correction says about the place of the animal beside a draft's own place; it falls to
 /// 1/e in [`CARRIED_FRAMES`].
 const CARRIED: f32 = 2.0;
-
-#[derive(Clone, Copy)]
-struct Trust {
-    location: f32,
-    colour: f32,
-}
 
 /// A clip at sketch size.
 pub(super) struct Clip {
@@ -156,20 +184,21 @@ impl Clip {
         let compared = Compared::of(&self.frames, &self.from_first, self.fps);
         let mut masks = filled(&self.from_first, without_scene(&compared, guesses, Stage::Guess));
         let mut drafted = None;
-        for round in 0..ROUNDS {
-            if !step(round, ROUNDS) {
+        for (at, round) in ROUNDS.iter().enumerate() {
+            if !step(at, ROUNDS.len()) {
                 return None;
             }
-            let (frames, cues) = self.round(0..masks.len(), &masks, &[], round == 0)?;
-            if round + 1 == ROUNDS {
+            let (frames, cues) = self.round(0..masks.len(), &masks, &[], round)?;
+            if at + 1 == ROUNDS.len() {
                 drafted = Some(Drafted { frames, cues: vec![cues] });
-            } else {
-                let found: Vec<Mask> = frames.into_iter().map(|d| d.mask).collect();
-                masks = repaired(filled(
-                    &self.from_first,
-                    without_scene(&compared, &found, Stage::Draft),
-                ));
+                break;
             }
+            let found: Vec<Mask> = frames.into_iter().map(|d| d.mask).collect();
+            // What is of the scene goes but once: it does not come back by the drafts.
+            masks = repaired(match at {
+                0 => filled(&self.from_first, without_scene(&compared, &found, Stage::Draft)),
+                _ => found,
+            });
         }
         drafted
     }
@@ -237,9 +266,10 @@ impl Clip {
         for &t in truths {
             masks[t] = self.labels[&t].applied_to(&masks[t]);
         }
-        for round in 0..ROUNDS {
-            let Some((found, cues)) = self.round(span.clone(), &masks, truths, false) else {
-                return round > 0;
+        for at in 0..CORRECTED_ROUNDS {
+            let Some((found, cues)) = self.round(span.clone(), &masks, truths, &WITH_CORRECTIONS)
+            else {
+                return at > 0;
             };
             for (t, mut draft) in span.clone().zip(found) {
                 draft.cues = drafted.cues.len();
@@ -257,19 +287,14 @@ impl Clip {
         span: Range<usize>,
         masks: &[Mask],
         truths: &[usize],
-        first: bool,
+        round: &Round,
     ) -> Option<(Vec<Draft>, Cues)> {
         let mut looked_at: Vec<usize> = span.clone().collect();
         looked_at.extend(truths.iter().filter(|t| !span.contains(t)));
-        let asked = match (first, truths.is_empty()) {
-            (true, _) => Asked::Nothing,
-            (false, true) => Asked::Colours,
-            (false, false) => Asked::All,
-        };
         let mut plates: BTreeMap<usize, PlateDistances> = looked_at
             .iter()
             .copied()
-            .zip(self.compare_with_plates(&looked_at, masks, first, asked))
+            .zip(self.compare_with_plates(&looked_at, masks, round))
             .collect();
         let cues = Cues::learnt(&Lessons {
             frames: &self.frames,
@@ -278,31 +303,25 @@ impl Clip {
             truths,
             seed: self.seed,
         })?;
-        let trust = match (first, truths.is_empty()) {
-            (true, _) => FIRST_TRUST,
-            (false, true) => LATER_TRUST,
-            (false, false) => CORRECTED_TRUST,
+        let shadows = match round.asked {
+            Asked::Colours => self.shadows(span.clone(), masks, &plates, &cues),
+            Asked::Nothing | Asked::All => vec![None; span.len()],
         };
-        let cuts: Vec<(Mask, Option<Carried>, Option<Mask>)> = span
+        let cuts: Vec<(Mask, Option<Carried>)> = span
             .clone()
             .into_par_iter()
-            .map_init(GridCut::new, |cut, t| {
+            .zip(&shadows)
+            .map_init(GridCut::new, |cut, (t, shadow)| {
                 let carried = self.carried(t, masks, truths, &plates);
                 let plate = &plates[&t];
-                let shadow = (asked == Asked::Colours)
-                    .then(|| {
-                        let stands_out = |x, y| cues.plate_odds(plate, x, y) > 0.0;
-                        shadow(&self.frames[t], plate, &masks[t], stands_out)
-                    })
-                    .flatten();
                 let beside = Beside { carried: carried.as_ref(), shadow: shadow.as_ref() };
-                let found = self.cut(t, masks, plate, &cues, beside, trust, cut);
-                (found, carried, shadow)
+                let found = self.cut(t, masks, plate, &cues, beside, round, cut);
+                (found, carried)
             })
             .collect();
         let mut last: Option<Mask> = None;
         let mut drafts = Vec::with_capacity(span.len());
-        for (t, (found, carried, shadow)) in span.zip(cuts) {
+        for ((t, (found, carried)), shadow) in span.zip(cuts).zip(shadows) {
             let expected = carried.as_ref().map(|c| &c.expected);
             let mask = animal(&found, &masks[t], last.as_ref(), expected);
             last = Some(mask.clone());
@@ -312,27 +331,47 @@ impl Clip {
         Some((drafts, cues))
     }
 
+    /// The animal's shadow in each frame of `span`.
+    fn shadows(
+        &self,
+        span: Range<usize>,
+        masks: &[Mask],
+        plates: &BTreeMap<usize, PlateDistances>,
+        cues: &Cues,
+    ) -> Vec<Option<Mask>> {
+        let looked = |t: usize| Looked {
+            image: &self.frames[t],
+            plate: &plates[&t],
+            draft: &masks[t],
+            cues,
+        };
+        shadows(&span.map(looked).collect::<Vec<_>>())
+    }
+
     fn compare_with_plates(
         &self,
         at: &[usize],
         masks: &[Mask],
-        first: bool,
-        asked: Asked,
+        round: &Round,
     ) -> Vec<PlateDistances> {
-        let radius = if first { EXCLUDED_AT_FIRST_PX } else { EXCLUDED_PX };
-        let reach = if first { REACH_AT_FIRST } else { REACH };
         let sources: Vec<Source> = (self.frames.par_iter().zip(masks))
-            .map(|(frame, mask)| Source::of(frame, &mask.dilated(radius)))
+            .map(|(frame, mask)| Source::of(frame, &mask.dilated(round.excluded_px)))
             .collect();
         let n = self.frames.len();
         at.par_iter()
             .map(|&t| {
                 let back = self.from_first[t].try_inverse();
-                let others = compared_frames(t, n, self.fps).into_iter().filter_map(|s| {
-                    let to_other = self.from_first[s] * back?;
-                    Some((&sources[s], to_other))
-                });
-                plate_distances(&self.frames[t], region(&masks[t], reach), others, asked)
+                let others =
+                    compared_frames(t, n, self.fps, round.offsets).into_iter().filter_map(|s| {
+                        let to_other = self.from_first[s] * back?;
+                        Some((&sources[s], to_other))
+                    });
+                plate_distances(
+                    &self.frames[t],
+                    region(&masks[t], round.reach),
+                    others,
+                    round.asked,
+                )
             })
             .collect()
     }
@@ -376,7 +415,7 @@ impl Clip {
         plate: &PlateDistances,
         cues: &Cues,
         beside: Beside,
-        trust: Trust,
+        round: &Round,
         cut: &mut GridCut,
     ) -> Mask {
         let Beside { carried, shadow } = beside;
@@ -389,7 +428,7 @@ impl Clip {
         let r = plate.region;
         let mut location = location_odds(draft, r);
         for odds in &mut location {
-            *odds *= trust.location;
+            *odds *= round.location;
         }
         if let Some(carried) = carried.filter(|c| !c.expected.is_empty()) {
             for (odds, there) in location.iter_mut().zip(location_odds(&carried.expected, r)) {
@@ -405,7 +444,7 @@ impl Clip {
             let seen = cues.plate_odds(plate, x, y);
             let colour = cues.colour_odds(image.at(at), seen, plate.colour(x, y));
             let resembles = resemblance.map_or(0.0, |r| r.log_odds(x, y));
-            let all = seen + trust.colour * colour + location + resembles;
+            let all = seen + round.colour * colour + location + resembles;
             let shadowed = shadow.is_some_and(|shadow| shadow.get(x, y));
             odds[at] = if shadowed { shadow::AGAINST } else { all };
             known[at] = Known::Free;

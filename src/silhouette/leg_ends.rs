@@ -1,12 +1,13 @@
-//! Feet that a cut left out: what stands out from the ground close under the end of a leg.
+//! Feet and lower legs that a cut left out: what stands out from the ground close under the end of a leg.
 //!
 //! Between a leg and its foot there may be nothing that can be told from the ground: a white sock before
 //! sand, an ankle of a pixel's width. The foot alone is too small for the cut to keep, or is a piece by
 //! itself, which the animal is not. So what is as large as a foot, and lies where one has to be, is joined
-//! to its leg.
+//! to its leg; and so is what is upright as a leg and hangs by nothing.
 
 use std::ops::Range;
 
+use super::hull::hull;
 use crate::mask::{Component, Connectivity, Mask, Run, components};
 
 /// Log odds of a pixel of a foot, and of all of them on average, nats.
@@ -40,29 +41,65 @@ const BESIDE: f64 = 0.06;
 /// What of a leg is nearest to its foot, up to so much further than the nearest pixel, is joined to it.
 const END: f64 = 0.03;
 
-/// The animal with the feet that the log odds of its pixels, row by row, show under the ends of its legs.
-pub(super) fn with_feet(animal: &Mask, odds: &[f32]) -> Mask {
+/// A lower leg that the cut found is so many times as high as wide, has at least the area of a square of
+/// this side, begins so close under the rest of its leg in the lower half of the animal, and of its upper
+/// end so much is joined to that.
+const UPRIGHT: f64 = 1.5;
+const LEAST_LOWER_LEG: f64 = 0.1;
+const LOWER_LEG_GAP: f64 = 0.16;
+const LOWER_LEG_END: f64 = 0.1;
+
+/// The animal with the lower legs that are pieces of the cut by themselves, and with the feet that are, or
+/// that the log odds of its pixels, row by row, show under the ends of its legs.
+pub(super) fn with_leg_ends(animal: &Mask, cut: &Mask, odds: &[f32]) -> Mask {
+    with_feet(&with_lower_legs(animal, cut), cut, odds)
+}
+
+fn with_lower_legs(animal: &Mask, cut: &Mask) -> Mask {
+    let mut whole = animal.clone();
+    let Some(bounds) = animal.bounds() else { return whole };
+    let legs = Legs::of(animal, bounds.top + bounds.height() / 2, LOWER_LEG_GAP);
+    for piece in components(&cut.and_not(animal), Connectivity::Eight) {
+        if let Some(between) = legs.up_to(&piece) {
+            piece.draw(&mut whole);
+            between.into_iter().for_each(|run| whole.fill(run));
+        }
+    }
+    whole
+}
+
+fn with_feet(animal: &Mask, cut: &Mask, odds: &[f32]) -> Mask {
     let mut whole = animal.clone();
     let Some(bounds) = animal.bounds() else { return whole };
     let w = animal.width();
     let top = bounds.bottom - (FEET * bounds.height() as f64) as usize;
+    let legs = Legs::of(animal, top, GAP);
+    // What was cut is surely none of the ground: it needs no leg to be seen above it.
+    for piece in components(&cut.and_not(animal), Connectivity::Eight) {
+        if piece.bounds.top >= top && legs.is_as_large_as_a_foot(&piece) {
+            let joined = legs.nearest(&piece).and_then(|near| legs.joined(&piece, near));
+            joined.into_iter().flatten().for_each(|run| whole.fill(run));
+        }
+    }
     let stands_out = Mask::from_fn(w, animal.height(), |x, y| {
         y >= top && odds[y * w + x] > STANDS_OUT && !animal.get(x, y)
     });
-    let legs = Legs::of(animal, top);
     for piece in components(&stands_out, Connectivity::Eight) {
         let on_average = || {
             let row = |run: &Run| odds[run.y * w..][run.start..run.end].iter();
             piece.runs().iter().flat_map(row).sum::<f32>() / piece.area_px as f32
         };
         if legs.is_as_large_as_a_foot(&piece) && on_average() >= STANDS_OUT_ON_AVERAGE {
-            for run in legs.joined(&piece).unwrap_or_default() {
-                whole.fill(run);
-            }
+            let under_leg = legs.nearest(&piece).filter(|(_, end)| legs.is_leg(*end));
+            let joined = under_leg.and_then(|near| legs.joined(&piece, near));
+            joined.into_iter().flatten().for_each(|run| whole.fill(run));
         }
     }
     whole
 }
+
+/// Column and row of a pixel.
+type At = (usize, usize);
 
 /// The animal whose legs end.
 struct Legs<'a> {
@@ -71,14 +108,14 @@ struct Legs<'a> {
     top: usize,
     /// Root of the area.
     length: f64,
-    /// Columns and rows to pixels as far away as a foot may be from its leg, the nearest first.
+    /// Columns and rows to pixels as far away as a piece may be from its leg, the nearest first.
     near: Vec<(i64, i64)>,
 }
 
 impl<'a> Legs<'a> {
-    fn of(animal: &'a Mask, top: usize) -> Self {
+    fn of(animal: &'a Mask, top: usize, gap: f64) -> Self {
         let length = (animal.area() as f64).sqrt();
-        Self { animal, top, length, near: disc(GAP * length) }
+        Self { animal, top, length, near: disc(gap * length) }
     }
 
     fn is_as_large_as_a_foot(&self, piece: &Component) -> bool {
@@ -88,10 +125,10 @@ impl<'a> Legs<'a> {
             && b.height() as f64 <= HEIGHT * self.length
     }
 
-    /// The piece and what joins it to the leg that it lies under; `None` where it lies under none.
-    fn joined(&self, piece: &Component) -> Option<Vec<Run>> {
-        let (foot, end) = self.nearest(piece)?;
-        if end.1 < self.top || !self.is_leg(end) {
+    /// A foot and what joins it to what it lies under; `None` where it lies under nothing. `foot` and
+    /// `end` are the pixels of both that are nearest to one another.
+    fn joined(&self, piece: &Component, (foot, end): (At, At)) -> Option<Vec<Run>> {
+        if end.1 < self.top {
             return None;
         }
         let (x, y) = piece.centre_px;
@@ -99,15 +136,38 @@ impl<'a> Legs<'a> {
         if below <= 0.0 || aside > LEAN * below + 1.0 || self.is_anything_under(piece) {
             return None;
         }
-        let distance = (foot.0 as f64 - end.0 as f64).hypot(foot.1 as f64 - end.1 as f64);
-        let of_leg = disc(distance + END * self.length + 1.0).into_iter();
-        let of_leg = of_leg.filter_map(|to| self.moved(foot, to)).map(|(x, y)| (y, x..x + 1));
         let of_foot = piece.runs().iter().map(|run| (run.y, run.start..run.end));
-        Some(hull(of_foot.chain(of_leg)))
+        Some(hull(of_foot.chain(self.end_of_leg(foot, end))))
+    }
+
+    /// What joins the upper end of a lower leg to the rest of it; `None` if the piece is no lower leg.
+    fn up_to(&self, piece: &Component) -> Option<Vec<Run>> {
+        let b = piece.bounds;
+        let like_a_leg = b.height() as f64 >= UPRIGHT * b.width() as f64
+            && piece.area_px as f64 >= (LEAST_LOWER_LEG * self.length).powi(2)
+            && piece.centre_px.1 > self.top as f64;
+        if !like_a_leg {
+            return None;
+        }
+        let (upper, end) = self.nearest(piece)?;
+        if end.1 > upper.1 || upper.1 > b.top + b.height() / 3 {
+            return None;
+        }
+        let bottom = b.top + (LOWER_LEG_END * self.length) as usize;
+        let of_piece = piece.runs().iter().filter(|run| run.y <= bottom);
+        let of_piece = of_piece.map(|run| (run.y, run.start..run.end));
+        Some(hull(of_piece.chain(self.end_of_leg(upper, end))))
+    }
+
+    /// The animal's pixels about its `end` that are nearest to `from`.
+    fn end_of_leg(&self, from: At, end: At) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let distance = (from.0 as f64 - end.0 as f64).hypot(from.1 as f64 - end.1 as f64);
+        let near = disc(distance + END * self.length + 1.0).into_iter();
+        near.filter_map(move |to| self.moved(from, to)).map(|(x, y)| (y, x..x + 1))
     }
 
     /// The pixel of a piece and that of the animal that are nearest to one another.
-    fn nearest(&self, piece: &Component) -> Option<((usize, usize), (usize, usize))> {
+    fn nearest(&self, piece: &Component) -> Option<(At, At)> {
         self.near.iter().find_map(|&to| {
             piece.runs().iter().find_map(|run| {
                 let from = |x| ((x, run.y), self.moved((x, run.y), to));
@@ -117,14 +177,14 @@ impl<'a> Legs<'a> {
     }
 
     /// The animal's pixel so far from another, if there is one.
-    fn moved(&self, (x, y): (usize, usize), (dx, dy): (i64, i64)) -> Option<(usize, usize)> {
+    fn moved(&self, (x, y): At, (dx, dy): (i64, i64)) -> Option<At> {
         let to = (x.checked_add_signed(dx as isize)?, y.checked_add_signed(dy as isize)?);
         let inside = to.0 < self.animal.width() && to.1 < self.animal.height();
         (inside && self.animal.get(to.0, to.1)).then_some(to)
     }
 
     /// Whether a leg goes up from a pixel of the animal.
-    fn is_leg(&self, (x, y): (usize, usize)) -> bool {
+    fn is_leg(&self, (x, y): At) -> bool {
         let narrow = |run: Range<usize>| run.len() as f64 <= LEG_WIDTH * self.length;
         let Some(above) = y.checked_sub((LEG * self.length) as usize) else { return false };
         let lean = (LEG_LEAN * self.length) as usize;
@@ -162,42 +222,8 @@ fn disc(radius: f64) -> Vec<(i64, i64)> {
     all
 }
 
-/// The pixels whose centres lie in the convex hull of those of some runs, given by row and columns.
-fn hull(runs: impl Iterator<Item = (usize, Range<usize>)>) -> Vec<Run> {
-    let mut sides: Vec<(usize, Range<usize>)> = Vec::new();
-    for (y, run) in runs {
-        match sides.binary_search_by_key(&y, |side| side.0) {
-            Ok(at) => {
-                let side = &mut sides[at].1;
-                *side = side.start.min(run.start)..side.end.max(run.end);
-            }
-            Err(at) => sides.insert(at, (y, run)),
-        }
-    }
-    let rows = sides.first().map_or(0, |s| s.0)..sides.last().map_or(0, |s| s.0 + 1);
-    rows.map(|y| {
-        // Between any row at or above this one and any at or below it the sides are straight.
-        let above = sides.iter().filter(|side| side.0 <= y);
-        let pairs = above.flat_map(|a| sides.iter().filter(|b| b.0 >= y).map(move |b| (a, b)));
-        let between = |a: (usize, usize), b: (usize, usize)| {
-            let share = if b.0 == a.0 { 0.0 } else { (y - a.0) as f64 / (b.0 - a.0) as f64 };
-            a.1 as f64 + share * (b.1 as f64 - a.1 as f64)
-        };
-        let (mut start, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (a, b) in pairs {
-            start = start.min(between((a.0, a.1.start), (b.0, b.1.start)));
-            last = last.max(between((a.0, a.1.end - 1), (b.0, b.1.end - 1)));
-        }
-        // A pixel on a side may be off by what is rounded.
-        Run { y, start: (start - 1e-9).ceil() as usize, end: (last + 1e-9) as usize + 1 }
-    })
-    .collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
 
     const SIZE: (usize, usize) = (200, 160);
@@ -217,7 +243,7 @@ mod tests {
         let odds: Vec<f32> = (0..SIZE.0 * SIZE.1)
             .map(|i| if at(&(i % SIZE.0), &(i / SIZE.0)) { log_odds } else { -2.0 })
             .collect();
-        with_feet(&animal(), &odds)
+        with_leg_ends(&animal(), &animal(), &odds)
     }
 
     #[test]
@@ -246,37 +272,41 @@ mod tests {
             assert!(*found == animal(), "{at}: {:?}", found.and_not(&animal()).bounds());
         }
         let nothing = Mask::new(9, 9);
-        assert_eq!(with_feet(&nothing, &[3.0; 81]), nothing);
+        assert_eq!(with_leg_ends(&nothing, &nothing, &[3.0; 81]), nothing);
     }
 
-    /// Twice the area of a triangle, less than zero the other way round.
-    fn area(a: (i64, i64), b: (i64, i64), c: (i64, i64)) -> i64 {
-        (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)
+    /// What a rectangle adds that is a piece of the cut by itself, of which the odds say nothing.
+    fn added(columns: Range<usize>, rows: Range<usize>) -> (Mask, Mask) {
+        let piece = Mask::from_fn(SIZE.0, SIZE.1, |x, y| columns.contains(&x) && rows.contains(&y));
+        let against = vec![-2.0; SIZE.0 * SIZE.1];
+        let whole = with_leg_ends(&animal(), &animal().or(&piece), &against);
+        (whole.and_not(&animal()), piece)
     }
 
-    proptest! {
-        /// Against the definition in the plane: a point is outside if all lie strictly to one side of a line
-        /// through it.
-        #[test]
-        fn a_hull_holds_what_no_line_parts_from_the_points(
-            points in proptest::collection::vec((3_i64..14, 3_i64..14), 1..7)
-        ) {
-            let runs = points.iter().map(|(x, y)| (*y as usize, *x as usize..*x as usize + 1));
-            let mut found = Mask::new(18, 18);
-            hull(runs).into_iter().for_each(|run| found.fill(run));
-            for (x, y) in (0..18_i64).flat_map(|y| (0..18).map(move |x| (x, y))) {
-                let held = points.iter().any(|a| points.iter().any(|b| points.iter().any(|c| {
-                    let p = (x, y);
-                    let sides = [area(*a, *b, p), area(*b, *c, p), area(*c, *a, p)];
-                    let within = |side: fn(&i64) -> bool| sides.iter().all(side);
-                    let boxed = |of: fn((i64, i64)) -> i64| {
-                        let all = [of(*a), of(*b), of(*c)];
-                        all.iter().min() <= Some(&of(p)) && Some(&of(p)) <= all.iter().max()
-                    };
-                    (within(|s| *s >= 0) || within(|s| *s <= 0)) && boxed(|p| p.0) && boxed(|p| p.1)
-                })));
-                prop_assert_eq!(found.get(x as usize, y as usize), held, "{} {}", x, y);
-            }
+    #[test]
+    fn a_foot_that_the_cut_found_by_itself_is_joined() {
+        let (added, foot) = added(58..70, 110..118);
+        assert!(foot.and_not(&added).is_empty());
+        assert_eq!(components(&animal().or(&added), Connectivity::Eight).len(), 1);
+    }
+
+    #[test]
+    fn a_lower_leg_that_the_cut_found_by_itself_is_joined_to_what_is_above() {
+        let (joined, leg) = added(95..105, 78..116);
+        assert!(leg.and_not(&joined).is_empty());
+        let between = joined.and_not(&leg).bounds().unwrap();
+        assert!(between.top == 70 && between.bottom < 86);
+        assert!(between.left >= 85 && between.right <= 106, "{between:?}");
+    }
+
+    #[test]
+    fn nothing_else_of_the_cut_is_taken_for_a_leg() {
+        let flat = added(84..112, 84..110);
+        let far = added(95..105, 86..116);
+        let thin = added(100..101, 78..116);
+        let beside_the_animal = added(155..163, 30..60);
+        for (at, (added, _)) in [flat, far, thin, beside_the_animal].iter().enumerate() {
+            assert!(added.is_empty(), "{at}: {:?}", added.bounds());
         }
     }
 }

@@ -17,6 +17,7 @@ mod evidence;
 mod expected;
 mod field;
 mod frame_report;
+mod hull;
 mod lab_image;
 mod least_sure;
 mod leg_ends;

@@ -6,7 +6,7 @@ use super::drafts::Draft;
 use super::expected::animal;
 use super::field::{Known, least_cost};
 use super::lab_image::{LabImage, Region};
-use super::leg_ends::with_feet;
+use super::leg_ends::with_leg_ends;
 use super::location::signed_distances;
 use super::pair_costs::Fall;
 use super::scale::Scale;
@@ -65,7 +65,7 @@ pub(super) fn outline(
     let expected = Mask::from_fn(w, h, |x, y| part.signed[y * w + x] <= 0.0);
     // Pieces that a correction brought are in the draft.
     let corrected = draft.carried.as_ref().map(|_| &expected);
-    let mask = with_feet(&animal(&found, &expected, None, corrected), &seen);
+    let mask = with_leg_ends(&animal(&found, &expected, None, corrected), &found, &seen);
     let confidence = part.confidence(&mask, &seen);
     (mask.window(-(r.left as i64), -(r.top as i64), size.0, size.1), confidence)
 }

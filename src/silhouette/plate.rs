@@ -14,7 +14,10 @@ use crate::numeric::{InstructionSet, Kernel, whole_part};
 
 /// Frames before and after that a frame is compared with, for footage at [`REFERENCE_FPS`]. Near
 /// ones are aligned best, far ones have the animal elsewhere.
-const OFFSETS: [usize; 6] = [5, 8, 12, 16, 24, 32];
+pub(super) const OFFSETS: [usize; 6] = [5, 8, 12, 16, 24, 32];
+
+/// Half of them, for a first look.
+pub(super) const FEW_OFFSETS: [usize; 3] = [5, 12, 24];
 
 /// The frame rate that [`OFFSETS`] are meant for.
 pub(super) const REFERENCE_FPS: f64 = 24.0;
@@ -94,12 +97,12 @@ impl PlateDistances {
     }
 }
 
-/// The other frames that frame `t` of `frames` is compared with.
-pub(super) fn compared_frames(t: usize, frames: usize, fps: f64) -> Vec<usize> {
+/// The other frames that frame `t` of `frames` is compared with, so far before and after at [`REFERENCE_FPS`].
+pub(super) fn compared_frames(t: usize, frames: usize, fps: f64, offsets: &[usize]) -> Vec<usize> {
     let stretch = (fps / REFERENCE_FPS).max(1.0);
     let offset = |o: usize| (o as f64 * stretch).round() as usize;
-    let before = OFFSETS.iter().rev().filter_map(|&o| t.checked_sub(offset(o)));
-    let after = OFFSETS.iter().map(|&o| t + offset(o)).filter(|&s| s < frames);
+    let before = offsets.iter().rev().filter_map(|&o| t.checked_sub(offset(o)));
+    let after = offsets.iter().map(|&o| t + offset(o)).filter(|&s| s < frames);
     before.chain(after).collect()
 }
 
