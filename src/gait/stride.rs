@@ -83,6 +83,13 @@ pub struct StrideEvidence {
 }
 
 impl StrideEvidence {
+    /// Whether the two steps of a stride look so different that there is more in the lines of the stride
+    /// than in those of the step.
+    #[must_use]
+    pub fn outweighs_the_step(&self) -> bool {
+        self.repeats == Repeats::EveryStep && self.odd_share > 1.0
+    }
+
     /// Weighs the evidence of a clip whose period is fitted; `back` as in
     /// [`Known::back`](super::Known::back).
     pub(super) fn weigh(

@@ -17,7 +17,7 @@ use crate::silhouette::{
     Flag, Flags, FrameReport, TrendRemoval, WindowSettings, Windowed, flag_area_jumps,
     report_of_mask, windowed,
 };
-use crate::spectrum::{self, CycleFindings, MaskCounts, SpectralAnalysis};
+use crate::spectrum::{self, CycleFindings, KnownRhythm, MaskCounts, SpectralAnalysis};
 
 /// What of slow changes is removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -153,8 +153,14 @@ fn analyse_usable(
     let counts = MaskCounts { frames: frames.len(), bad, flagged, uncertain };
     let span_scores = bridged(&pca.scores, &used[seen.first..seen.first + seen.span()]);
     let shares = pca.variance_shares();
-    let rhythm_hz = removed.map(|d| d.repeats_a_frame * fps);
-    let mut spectral = spectrum::analyse(&span_scores, &shares, fps, counts, settings, rhythm_hz)?;
+    let rhythm = KnownRhythm {
+        repeats_hz: removed.map(|d| d.repeats_a_frame * fps),
+        stride_hz: gait
+            .as_ref()
+            .filter(|gait| gait.stride.outweighs_the_step())
+            .map(|gait| fps / gait.stride_frames()),
+    };
+    let mut spectral = spectrum::analyse(&span_scores, &shares, fps, counts, settings, rhythm)?;
     spectral.band_passed = held(&spectral.band_passed, seen.first, masks.len());
     if let Some(gait) = &gait {
         let frames = (gait.stride.repeats != Repeats::Unknown).then(|| gait.stride_frames());

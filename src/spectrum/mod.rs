@@ -72,11 +72,20 @@ pub struct SpectralAnalysis {
     pub diagnosis: Diagnosis,
 }
 
+/// What is known of the rhythm beside the scores' spectra.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KnownRhythm {
+    /// The frequency at which the silhouette is known to repeat, hertz: it is f0 then, and the width of
+    /// the band that of the nearest peak of all components together. Without it f0 is the peak of PC1
+    /// (section 5.2).
+    pub repeats_hz: Option<f64>,
+    /// The frequency of the stride, hertz, where its two steps look so different that the components
+    /// follow it rather than the step: the band about f0 then begins with a band about this.
+    pub stride_hz: Option<f64>,
+}
+
 /// Analyses unit-deviation scores sampled at `fps`. `variance_shares` has one entry a component;
-/// `masks` says how many masks were unusable. `rhythm_hz` is the frequency at which the silhouette
-/// is known to repeat: it is f0 then, and the width of the band that of the nearest peak of all
-/// components together. Without it f0
-/// is the peak of PC1 (section 5.2).
+/// `masks` says how many masks were unusable.
 ///
 /// # Errors
 /// [`Error::BadFrameRate`] unless `fps` is finite and positive, [`Error::TooFewMasks`] with fewer
@@ -87,7 +96,7 @@ pub fn analyse(
     fps: f64,
     masks: MaskCounts,
     settings: &Settings,
-    rhythm_hz: Option<f64>,
+    rhythm: KnownRhythm,
 ) -> Result<SpectralAnalysis> {
     if !(fps.is_finite() && fps > 0.0) {
         return Err(Error::BadFrameRate { fps });
@@ -97,13 +106,14 @@ pub fn analyse(
     }
     let columns: Vec<Vec<f64>> = (0..scores.components()).map(|c| scores.column(c)).collect();
     let spectra: Vec<Spectrum> = columns.iter().map(|c| Spectrum::of(c, fps)).collect();
-    let peak = match rhythm_hz {
+    let peak = match rhythm.repeats_hz {
         Some(hz) => {
             let together = Spectrum::together(&spectra, variance_shares);
             Peak::fit_at(&together, together.summit_near(hz), fps / 2.0).moved_to(hz, fps / 2.0)
         }
         None => Peak::fit(&spectra[0], fps / 2.0),
     };
+    let peak = rhythm.stride_hz.map_or(peak, |hz| peak.with_stride(hz));
     let (low, high) = (peak.band_hz.0 / fps, peak.band_hz.1 / fps);
     let passed: Vec<Vec<f64>> = columns.iter().map(|c| band_pass(c, low, high)).collect();
     let components: Vec<ComponentLine> = columns

@@ -106,7 +106,8 @@ pub struct Peak {
     pub fb_hz: f64,
     /// Amplitude at f0.
     pub amplitude: f64,
-    /// The band f0 ± 3(f_b − f0), clipped to what a sampled series can hold, hertz.
+    /// The band f0 ± 3(f_b − f0), clipped to what a sampled series can hold, hertz; it begins lower where
+    /// the stride shows more than the step.
     pub band_hz: (f64, f64),
 }
 
@@ -140,6 +141,13 @@ impl Peak {
             band_hz: ((low + shift).max(f64::MIN_POSITIVE), (high + shift).min(nyquist_hz)),
             ..self
         }
+    }
+
+    /// The same with the line of the stride in the band, as wide below it as the band is above f0.
+    pub(super) fn with_stride(self, stride_hz: f64) -> Self {
+        let (low, high) = self.band_hz;
+        let below = stride_hz - (high - self.f0_hz);
+        Self { band_hz: (low.min(below.max(f64::MIN_POSITIVE)), high), ..self }
     }
 
     /// Equation 20 times the peak's amplitude: a Lorentzian, 1 at f0 and one half at f_b.

@@ -29,11 +29,13 @@ fn uniform(rng: &mut impl Rng) -> f64 {
     rng.random_range(-1.0..1.0)
 }
 
+const NOTHING: KnownRhythm = KnownRhythm { repeats_hz: None, stride_hz: None };
+
 const SHARES: [f64; 4] = [0.31, 0.2, 0.11, 0.08];
 
 fn run(scores: &Coefficients, fps: f64) -> SpectralAnalysis {
     let masks = MaskCounts { frames: scores.frames(), ..MaskCounts::default() };
-    analyse(scores, &SHARES, fps, masks, &Settings::default(), None).unwrap()
+    analyse(scores, &SHARES, fps, masks, &Settings::default(), NOTHING).unwrap()
 }
 
 #[test]
@@ -83,7 +85,7 @@ fn two_components_in_phase_are_no_circle() {
 fn bad_masks_and_constant_components_are_said() {
     let scores = gait(100, 24.3, 0.1, 1);
     let masks = MaskCounts { frames: 100, bad: 60, ..MaskCounts::default() };
-    let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), None).unwrap();
+    let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), NOTHING).unwrap();
     assert_eq!(found.diagnosis.verdict, Verdict::Unusable);
     let flat = Coefficients::from_columns(&[scores.column(0), vec![0.0; 100]]).unwrap();
     let found = run(&flat, 25.0);
@@ -96,7 +98,7 @@ fn a_clip_of_flagged_masks_is_judged_by_what_they_are_flagged_for() {
     let scores = gait(100, 24.3, 0.1, 1);
     let verdict = |flagged: usize, uncertain: usize| {
         let masks = MaskCounts { frames: 100, bad: 0, flagged, uncertain };
-        let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), None).unwrap();
+        let found = analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), NOTHING).unwrap();
         let said = found.diagnosis.reasons.iter().any(|r| r.to_string().contains("are flagged"));
         (found.diagnosis.verdict, said, found.diagnosis.advice.is_empty())
     };
@@ -111,11 +113,12 @@ fn frame_rates_that_are_none_are_refused() {
     let scores = gait(30, 10.0, 0.0, 1);
     for fps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let found =
-            analyse(&scores, &SHARES, fps, MaskCounts::default(), &Settings::default(), None);
+            analyse(&scores, &SHARES, fps, MaskCounts::default(), &Settings::default(), NOTHING);
         assert!(matches!(found, Err(Error::BadFrameRate { .. })));
     }
     let three = gait(3, 10.0, 0.0, 1);
-    let found = analyse(&three, &SHARES, 25.0, MaskCounts::default(), &Settings::default(), None);
+    let found =
+        analyse(&three, &SHARES, 25.0, MaskCounts::default(), &Settings::default(), NOTHING);
     assert!(matches!(found, Err(Error::TooFewMasks { frames: 3 })));
 }
 
@@ -131,4 +134,21 @@ proptest! {
         prop_assert!(found.components[0].r > 0.8);
         prop_assert!(found.components[2].r < 0.6);
     }
+}
+
+#[test]
+fn where_the_stride_shows_more_than_the_step_both_are_in_the_band() {
+    // PC1 and PC2 follow the stride of 40 frames, PC3 and PC4 its steps.
+    let scores = gait(240, 40.0, 0.05, 5);
+    let analysed = |stride_hz| {
+        let rhythm = KnownRhythm { repeats_hz: Some(25.0 / 20.0), stride_hz };
+        let masks = MaskCounts { frames: 240, ..MaskCounts::default() };
+        analyse(&scores, &SHARES, 25.0, masks, &Settings::default(), rhythm).unwrap()
+    };
+    let (steps, both) = (analysed(None), analysed(Some(25.0 / 40.0)));
+    assert!(steps.components[0].r < 0.3 && steps.components[2].r > 0.9);
+    assert_eq!(steps.diagnosis.verdict, Verdict::Unusable);
+    assert!(both.components.iter().all(|c| c.r > 0.9), "{:?}", both.components);
+    assert_eq!((both.peak.f0_hz, both.rhythm.step_frames), (1.25, 20.0));
+    assert!(both.peak.band_hz.0 < 25.0 / 40.0 && both.peak.band_hz.1 == steps.peak.band_hz.1);
 }
