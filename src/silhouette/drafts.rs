@@ -109,7 +109,7 @@ pub(super) struct Draft {
     pub(super) cues: usize,
     /// What a correction says of the frame beside the cues.
     pub(super) carried: Option<Carried>,
-    /// What looks like the animal's shadow; corrections know better.
+    /// What looks like the animal's shadow, as far as no correction knows better.
     pub(super) shadow: Option<Mask>,
 }
 
@@ -304,8 +304,8 @@ impl Clip {
             seed: self.seed,
         })?;
         let shadows = match round.asked {
-            Asked::Colours => self.shadows(span.clone(), masks, &plates, &cues),
-            Asked::Nothing | Asked::All => vec![None; span.len()],
+            Asked::Colours | Asked::All => self.shadows(span.clone(), masks, &plates, &cues),
+            Asked::Nothing => vec![None; span.len()],
         };
         let cuts: Vec<(Mask, Option<Carried>)> = span
             .clone()
@@ -444,9 +444,10 @@ impl Clip {
             let seen = cues.plate_odds(plate, x, y);
             let colour = cues.colour_odds(image.at(at), seen, plate.colour(x, y));
             let resembles = resemblance.map_or(0.0, |r| r.log_odds(x, y));
-            let all = seen + round.colour * colour + location + resembles;
             let shadowed = shadow.is_some_and(|shadow| shadow.get(x, y));
-            odds[at] = if shadowed { shadow::AGAINST } else { all };
+            let own =
+                if shadowed { shadow::AGAINST } else { seen + round.colour * colour + location };
+            odds[at] = own + resembles;
             known[at] = Known::Free;
         }
         if let Some(labels) = self.labels.get(&t).filter(|_| carried.is_some()) {

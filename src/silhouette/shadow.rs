@@ -61,8 +61,8 @@ const LEG: f64 = 0.15;
 /// Pixels of a run that may be missing side by side: noise, and the thin edge of a hoof.
 const GAP_PX: usize = 2;
 
-/// What shadowed ground says, nats of log odds for the animal, in the place of all else: that it
-/// stands out from the ground is what a shadow does, and its colours were learnt with it.
+/// What shadowed ground says, nats of log odds for the animal, in the place of plate, colour and place: that
+/// it stands out from the ground is what a shadow does, and its colours were learnt with it.
 pub(super) const AGAINST: f32 = -3.0;
 
 /// Steps in which the kept share is counted, of 1.
