@@ -183,15 +183,13 @@ impl Clip {
     ) -> Option<Drafted> {
         let compared = Compared::of(&self.frames, &self.from_first, self.fps);
         let mut masks = filled(&self.from_first, without_scene(&compared, guesses, Stage::Guess));
-        let mut drafted = None;
         for (at, round) in ROUNDS.iter().enumerate() {
             if !step(at, ROUNDS.len()) {
                 return None;
             }
             let (frames, cues) = self.round(0..masks.len(), &masks, &[], round)?;
             if at + 1 == ROUNDS.len() {
-                drafted = Some(Drafted { frames, cues: vec![cues] });
-                break;
+                return Some(Drafted { frames, cues: vec![cues] });
             }
             let found: Vec<Mask> = frames.into_iter().map(|d| d.mask).collect();
             // What is of the scene goes but once: it does not come back by the drafts.
@@ -200,7 +198,7 @@ impl Clip {
                 _ => found,
             });
         }
-        drafted
+        None
     }
 
     /// The base drafts worked over with the corrections, but for stretches of which no frame is

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::cues::Cues;
 use super::lab_image::{LIGHTNESS_STEPS, LabImage};
 use super::plate::PlateDistances;
-use crate::mask::Mask;
+use crate::mask::{Connectivity, Mask, Run, components};
 
 /// Share of the cube root of luminance that shadowed ground keeps: .5 is an eighth of the light. What
 /// keeps more hardly stands out.
@@ -214,27 +214,15 @@ impl Looked<'_> {
     }
 }
 
-/// The runs of at least `width` pixels, and those that touch them from row to row. `runs` are in the
-/// order of their rows.
+/// The runs of at least `width` pixels, and those that touch them from row to row.
 fn grown(runs: &[(usize, Range<usize>)], width: usize, (w, h): (usize, usize)) -> Mask {
-    let mut taken: Vec<bool> = runs.iter().map(|(_, run)| run.len() >= width).collect();
-    let touches = |a: usize, b: usize| {
-        let ((y, run), (other_y, other)) = (&runs[a], &runs[b]);
-        y.abs_diff(*other_y) == 1 && run.start < other.end && other.start < run.end
-    };
-    // Down and up again, until nothing is added.
-    loop {
-        let before = taken.iter().filter(|t| **t).count();
-        for at in (0..runs.len()).chain((0..runs.len()).rev()) {
-            taken[at] = taken[at] || (0..runs.len()).any(|near| taken[near] && touches(at, near));
-        }
-        if taken.iter().filter(|t| **t).count() == before {
-            break;
-        }
-    }
+    let mut all = Mask::new(w, h);
+    runs.iter().for_each(|(y, run)| all.fill(Run { y: *y, start: run.start, end: run.end }));
     let mut found = Mask::new(w, h);
-    for (y, run) in runs.iter().zip(taken).filter(|(_, taken)| *taken).map(|(run, _)| run) {
-        run.clone().for_each(|x| found.set(x, *y, true));
+    for piece in components(&all, Connectivity::Four) {
+        if piece.runs().iter().any(|run| run.end - run.start >= width) {
+            piece.draw(&mut found);
+        }
     }
     found
 }
